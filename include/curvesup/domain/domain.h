@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include "curvesup/core/report.h"
+#include "curvesup/hull/hull.h"
+
+namespace curvesup {
+
+struct DomainOptions {
+  double max_tet_volume_mm3 = 20.0;
+  double radius_edge_ratio = 1.414;
+};
+
+// T^c: the model's own tets, then the support tets between model and hull; conforming, one mesh.
+// Model vertices come first, in input order; model tets come first, in input order.
+struct Domain {
+  TetMesh mesh;
+  TetTopology topology;
+  Index model_vertices = 0;
+  Index model_tets = 0;
+  // Per vertex: bit 0 on the model's boundary, bit 1 on the hull (outer boundary of the domain).
+  std::vector<std::uint8_t> vertex_flags;
+  // Model::boundary[i] is also a face of support tet interface_tet[i].
+  std::vector<Index> interface_tet;
+
+  static constexpr std::uint8_t kOnModel = 1, kOnHull = 2;
+  [[nodiscard]] Material region(Index tet) const { return tet < model_tets ? Material::model : Material::support; }
+};
+
+struct DomainReport {
+  Index vertices = 0, tets = 0, support_tets = 0, interface_faces = 0;
+  double volume_rel_error = 0.0;  // |model + support - inside of hull| / inside of hull
+  double min_dihedral_deg = 0.0;
+  std::vector<Check> checks;
+};
+
+struct DomainResult {
+  Domain domain;
+  DomainReport report;
+};
+
+// Throws Error{geometry} with TetGen's reason; a failure inside TetGen never ends the process.
+[[nodiscard]] DomainResult mesh_domain(const Model& model, const TriangleMesh& hull, const DomainOptions& options = {},
+                                       const RunContext& run = {});
+
+}  // namespace curvesup
