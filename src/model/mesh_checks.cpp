@@ -1,0 +1,248 @@
+#include "model/mesh_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <tuple>
+
+namespace curvesup::mesh_checks {
+
+namespace {
+
+Index size_of(const auto& container) { return static_cast<Index>(container.size()); }
+
+bool in_range(const std::array<Index, 4>& tet, Index vertices) {
+  return std::all_of(tet.begin(), tet.end(), [&](Index v) { return v >= 0 && v < vertices; });
+}
+
+struct DisjointSets {
+  std::vector<Index> parent;
+  explicit DisjointSets(std::size_t count) : parent(count) { std::iota(parent.begin(), parent.end(), 0); }
+  Index find(Index i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  }
+  // The lower root wins, so a set's root is its lowest member.
+  void join(Index a, Index b) {
+    a = find(a);
+    b = find(b);
+    parent[std::max(a, b)] = std::min(a, b);
+  }
+};
+
+// An edge (lower vertex first) or a face with where it came from, for sorting.
+struct EdgeUse {
+  Index low, high, face;
+  friend bool operator<(const EdgeUse& a, const EdgeUse& b) {
+    return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face);
+  }
+};
+
+std::vector<EdgeUse> sorted_edge_uses(const std::vector<std::array<Index, 3>>& faces) {
+  std::vector<EdgeUse> uses;
+  uses.reserve(3 * faces.size());
+  for (Index f = 0; f < size_of(faces); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const auto [low, high] = std::minmax(faces[f][c], faces[f][(c + 1) % 3]);
+      uses.push_back({low, high, f});
+    }
+  }
+  std::sort(uses.begin(), uses.end());
+  return uses;
+}
+
+// Calls visit(begin, end) for each run of uses of one edge.
+void for_each_edge(const std::vector<EdgeUse>& uses, const auto& visit) {
+  for (std::size_t begin = 0; begin < uses.size();) {
+    std::size_t end = begin + 1;
+    while (end < uses.size() && uses[end].low == uses[begin].low && uses[end].high == uses[begin].high) ++end;
+    visit(begin, end);
+    begin = end;
+  }
+}
+
+}  // namespace
+
+Box bounding_box(const TetMesh& mesh) {
+  Box box{Vec3::Constant(std::numeric_limits<double>::max()), Vec3::Constant(-std::numeric_limits<double>::max())};
+  const auto add = [&](const Vec3& p) {
+    if (!p.allFinite()) return;
+    box.low = box.low.cwiseMin(p);
+    box.high = box.high.cwiseMax(p);
+  };
+  for (const auto& tet : mesh.tets) {
+    if (!in_range(tet, size_of(mesh.vertices))) continue;
+    for (const Index v : tet) add(mesh.vertices[v]);
+  }
+  if (box.low.x() > box.high.x()) std::for_each(mesh.vertices.begin(), mesh.vertices.end(), add);
+  return box.low.x() > box.high.x() ? Box{} : box;
+}
+
+std::vector<Index> vertices_not_finite(const TetMesh& mesh) {
+  std::vector<Index> found;
+  for (Index v = 0; v < size_of(mesh.vertices); ++v) {
+    if (!mesh.vertices[v].allFinite()) found.push_back(v);
+  }
+  return found;
+}
+
+std::vector<Index> tets_out_of_range(const TetMesh& mesh) {
+  std::vector<Index> found;
+  for (Index t = 0; t < size_of(mesh.tets); ++t) {
+    if (!in_range(mesh.tets[t], size_of(mesh.vertices))) found.push_back(t);
+  }
+  return found;
+}
+
+std::vector<Index> first_of_equal_vertices(const TetMesh& mesh) {
+  std::vector<Index> order(mesh.vertices.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto key = [&](Index v) {
+    const Vec3& p = mesh.vertices[v];
+    return std::tuple(p.x(), p.y(), p.z());
+  };
+  std::erase_if(order, [&](Index v) { return !mesh.vertices[v].allFinite(); });
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+    const auto ka = key(a), kb = key(b);
+    return ka != kb ? ka < kb : a < b;
+  });
+  std::vector<Index> first(mesh.vertices.size());
+  std::iota(first.begin(), first.end(), 0);
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    if (mesh.vertices[order[i]] == mesh.vertices[order[i - 1]]) first[order[i]] = first[order[i - 1]];
+  }
+  return first;
+}
+
+std::vector<Index> unreferenced_vertices(const TetMesh& mesh) {
+  std::vector<char> used(mesh.vertices.size(), 0);
+  for (const auto& tet : mesh.tets) {
+    for (const Index v : tet) used[v] = 1;
+  }
+  std::vector<Index> found;
+  for (Index v = 0; v < size_of(mesh.vertices); ++v) {
+    if (!used[v]) found.push_back(v);
+  }
+  return found;
+}
+
+Volumes classify_volumes(const TetMesh& mesh, double diagonal) {
+  const double zero = kZeroVolume * diagonal * diagonal * diagonal;
+  Volumes found;
+  for (Index t = 0; t < size_of(mesh.tets); ++t) {
+    const double volume = tet_volume(mesh, t);
+    if (!(std::abs(volume) >= zero) || volume == 0.0) {
+      found.zero.push_back(t);
+    } else if (volume < 0.0) {
+      found.negative.push_back(t);
+    }
+  }
+  return found;
+}
+
+Faces classify_faces(const TetMesh& mesh) {
+  struct FaceUse {
+    std::array<Index, 3> sorted;
+    Index tet;
+    std::int8_t face;
+    bool even;  // the oriented face is an even permutation of the sorted one
+  };
+  std::vector<FaceUse> uses(4 * mesh.tets.size());
+  for (Index t = 0; t < size_of(mesh.tets); ++t) {
+    for (int f = 0; f < 4; ++f) {
+      auto v = face_vertices(mesh.tets[t], f);
+      const bool even = ((v[0] > v[1]) + (v[0] > v[2]) + (v[1] > v[2])) % 2 == 0;
+      std::sort(v.begin(), v.end());
+      uses[4 * static_cast<std::size_t>(t) + f] = {v, t, static_cast<std::int8_t>(f), even};
+    }
+  }
+  std::sort(uses.begin(), uses.end(), [](const FaceUse& a, const FaceUse& b) {
+    return a.sorted != b.sorted ? a.sorted < b.sorted : a.tet < b.tet;
+  });
+  Faces found;
+  for (std::size_t i = 0; i < uses.size();) {
+    std::size_t end = i + 1;
+    while (end < uses.size() && uses[end].sorted == uses[i].sorted) ++end;
+    if (end - i == 1) found.boundary.push_back(face_vertices(mesh.tets[uses[i].tet], uses[i].face));
+    if (end - i == 2 && uses[i].even == uses[i + 1].even) found.overlapping.push_back({uses[i].tet, uses[i + 1].tet});
+    if (end - i > 2) found.overfull.push_back(uses[i].sorted);
+    i = end;
+  }
+  return found;
+}
+
+Manifold check_manifold(const std::vector<std::array<Index, 3>>& faces, std::size_t vertices) {
+  Manifold found;
+  const auto uses = sorted_edge_uses(faces);
+  // Corners 3f + c around one vertex are joined across shared edges; one set a vertex means one fan.
+  DisjointSets corners(3 * faces.size());
+  const auto corner = [&](Index face, Index vertex) {
+    int c = 0;
+    while (faces[face][c] != vertex) ++c;
+    return 3 * face + c;
+  };
+  std::vector<char> on_bad_edge(vertices, 0);
+  for_each_edge(uses, [&](std::size_t begin, std::size_t end) {
+    const auto [low, high, face] = uses[begin];
+    if (end - begin != 2) {
+      found.bad_edges.push_back({low, high});
+      on_bad_edge[low] = on_bad_edge[high] = 1;
+      return;
+    }
+    corners.join(corner(face, low), corner(uses[begin + 1].face, low));
+    corners.join(corner(face, high), corner(uses[begin + 1].face, high));
+  });
+  std::vector<Index> fans(vertices, 0);
+  for (Index f = 0; f < size_of(faces); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      if (corners.find(3 * f + c) == 3 * f + c) ++fans[faces[f][c]];
+    }
+  }
+  for (Index v = 0; v < size_of(fans); ++v) {
+    if (fans[v] > 1 && !on_bad_edge[v]) found.bad_vertices.push_back(v);
+  }
+  return found;
+}
+
+Shape measure_shape(const TetMesh& mesh, const TetTopology& topology, const std::vector<BoundaryFace>& boundary) {
+  Shape shape;
+  DisjointSets volumes(mesh.tets.size());
+  for (Index t = 0; t < size_of(mesh.tets); ++t) {
+    for (const Index other : topology.neighbours[t]) {
+      if (other > t) volumes.join(t, other);
+    }
+  }
+  for (Index t = 0; t < size_of(mesh.tets); ++t) shape.components += volumes.find(t) == t;
+
+  DisjointSets shells(mesh.vertices.size());
+  std::vector<char> on_boundary(mesh.vertices.size(), 0);
+  for (const auto& face : boundary) {
+    shells.join(face.vertices[0], face.vertices[1]);
+    shells.join(face.vertices[0], face.vertices[2]);
+    for (const Index v : face.vertices) on_boundary[v] = 1;
+  }
+  // Characteristic V - E + F with E = 3 F / 2, and six times the enclosed volume, of each shell.
+  std::vector<Index> vertex_count(mesh.vertices.size(), 0), face_count(mesh.vertices.size(), 0);
+  std::vector<double> enclosed(mesh.vertices.size(), 0.0);
+  const Vec3 origin = bounding_box(mesh).low;
+  for (Index v = 0; v < size_of(mesh.vertices); ++v) {
+    if (on_boundary[v]) ++vertex_count[shells.find(v)];
+  }
+  for (const auto& face : boundary) {
+    const Index shell = shells.find(face.vertices[0]);
+    ++face_count[shell];
+    const Vec3 a = mesh.vertices[face.vertices[0]] - origin, b = mesh.vertices[face.vertices[1]] - origin,
+               c = mesh.vertices[face.vertices[2]] - origin;
+    enclosed[shell] += a.cross(b).dot(c);
+  }
+  for (Index v = 0; v < size_of(mesh.vertices); ++v) {
+    if (face_count[v] == 0) continue;
+    ++shape.shells;
+    shape.cavities += enclosed[v] < 0.0;
+    shape.genus += (2 - (vertex_count[v] - face_count[v] / 2)) / 2;
+  }
+  return shape;
+}
+
+}  // namespace curvesup::mesh_checks
