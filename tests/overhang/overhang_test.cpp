@@ -1,0 +1,106 @@
+#include "curvesup/overhang/overhang.h"
+
+#include <gtest/gtest.h>
+
+#include "curvesup/core/error.h"
+#include "curvesup/field/field.h"
+#include "curvesup/model/place.h"
+#include "helpers/shapes.h"
+
+namespace curvesup {
+namespace {
+
+Overhang planar_overhang(const Model& model, const OverhangOptions& options = {}) {
+  return find_overhang(model, compute_field(model, {}).field, options);
+}
+
+TEST(Overhang, BlockOnLegsOverhangsBetweenTheLegsOnly) {
+  const Model model = shapes::block_on_legs();
+  const Overhang overhang = planar_overhang(model);
+  EXPECT_NEAR(overhang.area_mm2, 18.0 * 10.0, 1e-9);
+  for (const Index f : overhang.faces) {
+    for (const Index v : model.boundary[f].vertices) EXPECT_EQ(model.mesh.vertices[v].z(), 12.0);
+  }
+  EXPECT_EQ(overhang.vertices.size(), 10u * 6u);
+  for (const Vec3& d : overhang.vertex_direction) EXPECT_NEAR((d + Vec3::UnitZ()).norm(), 0.0, 1e-12);
+  EXPECT_TRUE(overhang.minima.empty());
+}
+
+TEST(Overhang, AngleDecidesByTheSlopeOfTheFace) {
+  // Undersides lean by 40 and 50 degrees from the horizontal: with alpha from the vertical of 45 only the flatter
+  // hangs.
+  for (const double slope : {40.0, 50.0}) {
+    TetMesh mesh = shapes::brick_mesh({0, 0, 0}, {10, 10, 2}, {5, 5, 1});
+    for (Vec3& p : mesh.vertices) p.z() += 20.0 + p.x() * Angle::degrees(slope).tan();
+    const double area = 100.0 / Angle::degrees(slope).cos();
+    EXPECT_NEAR(planar_overhang(shapes::as_model(mesh)).area_mm2, slope < 45 ? area : 0.0, 1e-9);
+    EXPECT_NEAR(planar_overhang(shapes::as_model(mesh), {.self_support = Angle::degrees(60)}).area_mm2, 0.0, 1e-9);
+  }
+  EXPECT_THROW((void)planar_overhang(shapes::floating_slab(), {.self_support = Angle::degrees(90)}), Error);
+}
+
+TEST(Overhang, ScaleOfTheFieldDoesNotMatter) {
+  const Model model = shapes::block_on_legs();
+  ScalarField field = compute_field(model, {}).field;
+  const auto expected = find_overhang(model, field).faces;
+  for (Vec3& g : field.gradient) g *= 0.01;
+  EXPECT_EQ(find_overhang(model, field).faces, expected);
+}
+
+TEST(Overhang, FloatingSlabHangsWithItsWholeBottomAndRestingSlabNowhere) {
+  const Model model = shapes::floating_slab();
+  EXPECT_NEAR(planar_overhang(model).area_mm2, 300.0, 1e-9);
+  const Model resting = load_model("slab", model.mesh, {.drop_to_platform = true}).model;
+  EXPECT_TRUE(planar_overhang(resting).faces.empty());
+  EXPECT_TRUE(planar_overhang(resting).minima.empty());
+}
+
+// One tet that stands on its tip: its three lower faces are steep, so nothing but the tip needs support.
+Model tip(double low) {
+  TetMesh mesh;
+  mesh.vertices = {{0, 0, low}, {1, 0, low + 5}, {-0.5, 0.8, low + 5}, {-0.5, -0.8, low + 5}};
+  mesh.tets = {{0, 1, 2, 3}};
+  if (tet_volume(mesh, 0) < 0) std::swap(mesh.tets[0][2], mesh.tets[0][3]);
+  return shapes::as_model(mesh);
+}
+
+TEST(Overhang, SteepTipIsAMinimumUnlessItStandsOnThePlatform) {
+  const Overhang hanging = planar_overhang(tip(3.0));
+  EXPECT_TRUE(hanging.faces.empty());
+  ASSERT_EQ(hanging.minima.size(), 1u);
+  EXPECT_EQ(hanging.minima[0], 0);
+  EXPECT_NEAR((hanging.minimum_direction[0] + Vec3::UnitZ()).norm(), 0.0, 1e-12);
+  EXPECT_TRUE(planar_overhang(tip(0.0)).minima.empty());
+}
+
+TEST(Overhang, SteepKeelIsOneMinimum) {
+  // A long wedge on its edge: all vertices of the edge have one value.
+  TetMesh mesh = shapes::brick_mesh({-1, 0, 4}, {1, 8, 10}, {2, 4, 3});
+  for (Vec3& p : mesh.vertices) p.z() += 5.0 * std::abs(p.x());
+  const Overhang overhang = planar_overhang(shapes::as_model(mesh));
+  EXPECT_TRUE(overhang.faces.empty());
+  ASSERT_EQ(overhang.minima.size(), 1u);
+  EXPECT_EQ(mesh.vertices[overhang.minima[0]], Vec3(0, 0, 4));
+}
+
+TEST(Overhang, PitInATopSurfaceNeedsNoSupport) {
+  TetMesh mesh = shapes::brick_mesh({0, 0, 0}, {4, 4, 4}, {4, 4, 4});
+  for (Vec3& p : mesh.vertices) {
+    if (p == Vec3(2, 2, 4)) p.z() = 3.3;
+  }
+  EXPECT_TRUE(planar_overhang(shapes::as_model(mesh)).minima.empty());
+}
+
+TEST(Overhang, ThreadCountDoesNotMatter) {
+  const Model model = shapes::block_on_legs(1.0);
+  const ScalarField field = compute_field(model, {}).field;
+  RunContext two;
+  two.threads = 2;
+  const Overhang a = find_overhang(model, field), b = find_overhang(model, field, {}, two);
+  EXPECT_EQ(a.faces, b.faces);
+  EXPECT_EQ(a.area_mm2, b.area_mm2);
+  EXPECT_EQ(a.vertex_direction, b.vertex_direction);
+}
+
+}  // namespace
+}  // namespace curvesup
