@@ -1,0 +1,46 @@
+#include "curvesup/io/sha256.h"
+
+#include <gtest/gtest.h>
+
+#include "helpers/temp_folder.h"
+#include "io/expect_error.h"
+
+namespace curvesup {
+namespace {
+
+// The examples of FIPS 180-4 and its published test vectors.
+TEST(Sha256, PublishedVectors) {
+  EXPECT_EQ(sha256_hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256_hex("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(
+      sha256_hex("abcdefghbcdefghicdefghijdefghijkefghijklfghijklmghijklmnhijklmnoijklmnopjklmnopqklmnopqrlmnopqrs"
+                 "mnopqrstnopqrstu"),
+      "cf5b16a778af8380036ce59e7b0492370b249b11e8f07a51afac45037afee9d1");
+  EXPECT_EQ(sha256_hex(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST(Sha256, PiecesGiveTheSameAsTheWhole) {
+  std::string bytes;
+  for (int i = 0; i < 300; ++i) bytes += static_cast<char>(i * 7);
+  for (std::size_t a = 0; a <= bytes.size(); a += 13) {
+    for (std::size_t b = a; b <= bytes.size(); b += 17) {
+      Sha256 hash;
+      hash.update(std::string_view(bytes).substr(0, a));
+      EXPECT_EQ(hash.hex(), sha256_hex(bytes.substr(0, a)));
+      hash.update(std::string_view(bytes).substr(a, b - a));
+      hash.update(std::string_view(bytes).substr(b));
+      EXPECT_EQ(hash.hex(), sha256_hex(bytes));
+    }
+  }
+}
+
+TEST(Sha256, OfAFile) {
+  const TempFolder folder;
+  EXPECT_EQ(sha256_of_file(folder.write("f", "abc")), sha256_hex("abc"));
+  expect_error(ErrorKind::input, {"nothing_here"}, [&] { (void)sha256_of_file(folder.path() / "nothing_here"); });
+}
+
+}  // namespace
+}  // namespace curvesup
