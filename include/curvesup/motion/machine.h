@@ -72,8 +72,8 @@ struct Tool {
 
 // Joint poses outside the print volume.
 struct Stations {
-  Joints home_deg = {0, -90, 90, -90, -90, 0};
-  Joints purge_deg = {60, -90, 90, -90, -90, 0};
+  Joints home_deg = {152, -98, 101, 46, 71, -110};  // above and behind the platform
+  Joints purge_deg = {109, -71, 103, 22, 61, -123};  // beside it, nozzle upright
 };
 
 struct Speeds {
@@ -81,6 +81,7 @@ struct Speeds {
   double travel_mm_s = 60.0;             // off the part
   double approach_mm_s = 20.0;           // last stretch down to the part and first stretch up from it
   double travel_acceleration_m_s2 = 0.8;
+  double max_programmed_mm_s = 250.0;    // of any move, rotation-limited ones included
   double joint_speed_deg_s = 40.0;       // movej
   double joint_acceleration_deg_s2 = 60.0;
   double rotation_rad_per_m = 4.0;       // the controller turns at most this much per metre of programmed travel
@@ -91,12 +92,13 @@ struct Tolerances {
   double chord_mm = 0.03;                 // tip of the emitted polyline against that of the toolpath
   Angle axis = Angle::degrees(1);         // nozzle axis against its linear interpolation
   double corner_mm = 0.05;                // cut by a blend
+  double bead_mm3 = 0.05;                 // volume laid up to a waypoint against even laying between waypoints
   double min_segment_mm = 0.05;           // nearer points are one
   double min_blend_mm = 0.1;              // a smaller radius becomes 0: both machines stop
   double blend_fraction = 0.4;            // of the shorter neighbouring segment
   Angle max_blend_turn = Angle::degrees(150);
   Angle max_tilt_deviation = Angle::degrees(30);  // nozzle axis against layer normal
-  double max_tilt_rate_deg_mm = 20.0;     // of the nozzle axis along the path
+  double max_tilt_rate_deg_mm = 8.0;      // of the nozzle axis along the path, where the deviation allows it
   double max_yaw_rate_deg_mm = 6.0;       // about the nozzle axis
   double clearance_mm = 0.2;              // between head and what is printed; the nozzle's own bead excepted
   double travel_clearance_mm = 5.0;       // above everything printed so far
