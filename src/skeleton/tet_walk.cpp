@@ -1,0 +1,106 @@
+#include "skeleton/tet_walk.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace curvesup {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// A walk that makes no way for this many tets runs around an edge of degenerate tets.
+constexpr int kMaxStalledTets = 200;
+
+struct Exit {
+  double distance = kInfinity;
+  int face = -1;
+};
+
+// Where the ray p + s u leaves a tet; the face by which it came in does not count.
+Exit find_exit(const TetMesh& mesh, Index tet, const Vec3& p, const Vec3& u, int entry_face) {
+  const auto& corner = mesh.tets[tet];
+  Exit exit;
+  for (int f = 0; f < 4; ++f) {
+    if (f == entry_face) continue;
+    const auto& local = kTetFace[f];
+    const Vec3& a = mesh.vertices[corner[local[0]]];
+    const Vec3 outward = (mesh.vertices[corner[local[1]]] - a).cross(mesh.vertices[corner[local[2]]] - a);
+    const double rate = outward.dot(u);
+    if (rate <= 0.0) continue;
+    const double distance = std::max(0.0, outward.dot(a - p) / rate);
+    if (distance < exit.distance) exit = {distance, f};
+  }
+  return exit;
+}
+
+int face_towards(const TetTopology& topology, Index tet, Index neighbour) {
+  const auto& neighbours = topology.neighbours[tet];
+  return static_cast<int>(std::find(neighbours.begin(), neighbours.end(), neighbour) - neighbours.begin());
+}
+
+}  // namespace
+
+WalkResult TetWalk::walk(const Vec3& start, Index tet, const Vec3& u, const WalkGoal& goal) const {
+  WalkResult result;
+  result.position = start;
+  result.tet = tet;
+  int entry_face = -1;
+  for (int stalled = 0; stalled < kMaxStalledTets;) {
+    const Vec3 p = result.position;
+    const Exit exit = find_exit(domain_.mesh, result.tet, p, u, entry_face);
+    if (exit.face < 0) return result;
+
+    const double slope = field_.gradient[result.tet].dot(u);
+    const double to_value = slope < 0.0 ? std::max(0.0, (goal.value - value_at(result.tet, p)) / slope) : kInfinity;
+    const double to_platform = goal.stop_at_platform && u.z() < 0.0 ? std::max(0.0, -p.z() / u.z()) : kInfinity;
+    const double to_length = goal.length - result.length;
+    const double distance = std::min({exit.distance, to_value, to_platform, to_length});
+
+    result.position = p + distance * u;
+    result.length += distance;
+    if (distance > 0.0) {
+      if (result.entered == kNone) result.entered = result.tet;
+      stalled = 0;
+    } else {
+      ++stalled;
+    }
+    if (distance == to_platform) {
+      result.position.z() = 0.0;
+      result.stop = WalkStop::platform;
+      return result;
+    }
+    if (distance == to_value) {
+      result.stop = WalkStop::value;
+      return result;
+    }
+    if (distance == to_length) {
+      result.stop = WalkStop::length;
+      return result;
+    }
+    const Index next = domain_.topology.neighbours[result.tet][exit.face];
+    if (next == kNone) {
+      result.stop = WalkStop::hull;
+      return result;
+    }
+    if (domain_.region(next) == Material::model) {
+      result.stop = WalkStop::model;
+      result.model_tet = next;
+      return result;
+    }
+    entry_face = face_towards(domain_.topology, next, result.tet);
+    result.tet = next;
+  }
+  result.stop = WalkStop::lost;
+  return result;
+}
+
+Vec3 turn_towards(const Vec3& from, const Vec3& to, double angle_rad) {
+  if (angle_between(from, to) <= angle_rad) return to;
+  Vec3 across = to - from.dot(to) * from;
+  if (across.norm() < 1e-12) across = from.unitOrthogonal();
+  across.normalize();
+  return (std::cos(angle_rad) * from + std::sin(angle_rad) * across).normalized();
+}
+
+double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+}  // namespace curvesup

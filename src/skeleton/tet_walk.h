@@ -1,0 +1,60 @@
+#pragma once
+
+#include <limits>
+
+#include "curvesup/domain/domain.h"
+
+namespace curvesup {
+
+// How a walk through the support tets ended.
+enum class WalkStop {
+  value,     // G fell to the wanted value
+  platform,  // z = 0, exactly
+  model,     // a model face; `position` lies on it
+  hull,      // the outer boundary of the domain
+  length,    // the wanted length was walked
+  lost,      // degenerate tets: no way on
+};
+
+struct WalkResult {
+  WalkStop stop = WalkStop::lost;
+  Vec3 position = Vec3::Zero();
+  Index tet = kNone;        // support tet that holds position
+  Index entered = kNone;    // first tet in which the walk covered a positive length
+  Index model_tet = kNone;  // behind the face, when stop is model
+  double length = 0.0;
+};
+
+struct WalkGoal {
+  double value = -std::numeric_limits<double>::infinity();
+  double length = std::numeric_limits<double>::infinity();
+  bool stop_at_platform = true;
+};
+
+// Walks straight rays through the support tets of a domain. Exact up to rounding on the piecewise linear field.
+class TetWalk {
+ public:
+  TetWalk(const Domain& domain, const ScalarField& field) : domain_(domain), field_(field) {}
+
+  // From `start` inside or on the border of support tet `tet` along the unit vector `direction`.
+  [[nodiscard]] WalkResult walk(const Vec3& start, Index tet, const Vec3& direction, const WalkGoal& goal) const;
+
+  [[nodiscard]] double value_at(Index tet, const Vec3& p) const {
+    const Index v = domain_.mesh.tets[tet][0];
+    return field_.value[v] + field_.gradient[tet].dot(p - domain_.mesh.vertices[v]);
+  }
+  // Unit -grad G of a tet.
+  [[nodiscard]] Vec3 down(Index tet) const { return -print_direction(field_, tet); }
+
+ private:
+  const Domain& domain_;
+  const ScalarField& field_;
+};
+
+// `from` turned by `angle_rad` towards `to`, both unit; stops at `to`. Antiparallel vectors turn about any axis.
+[[nodiscard]] Vec3 turn_towards(const Vec3& from, const Vec3& to, double angle_rad);
+
+// Angle between two vectors, accurate for small angles also.
+[[nodiscard]] double angle_between(const Vec3& a, const Vec3& b);
+
+}  // namespace curvesup
