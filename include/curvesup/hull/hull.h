@@ -21,11 +21,21 @@ struct HullReport {
   Index vertices = 0, faces = 0;
   double margin_mm = 0.0;  // the one used in the end
   double edge_length_mm = 0.0;
+  double model_clearance_mm = 0.0;       // smallest distance from a boundary vertex of the model to the hull
+  double trajectory_clearance_mm = 0.0;  // the same from the trajectories widened by extra_margin; 0 without them
+  double low_z_mm = 0.0;                 // of the hull: always below the platform
   int attempts = 1;
+  std::vector<Check> checks;
 };
 
-// Trajectories of the overhang vertices down to the platform and a closed, outward-oriented triangle surface around them and
-// the model, at least `margin` away from both, also below the platform (paper, section III-A, "conservative hull").
+// Trajectories of the overhang vertices and minima down to the platform, and a closed, outward-oriented, nearly convex
+// triangle surface around them and the model, also below the platform (paper, section III-A, "conservative hull").
+// A trajectory starts along -d_p in steps of one layer thickness (that of the model's median gradient) and turns by
+// self_support/20 a step towards (0,0,-1), about a fixed axis, until it points there; it ends on the platform.
+// The convex hull is enlarged by `margin` in all directions and remeshed to edges of length L, which rounds it inwards
+// again: guaranteed is that hull and model do not intersect (exact test) and that the model, and the trajectories widened
+// sideways by extra_margin, keep half the margin from the hull; when they do not, the margin grows and L shrinks.
+// Throws Error{geometry} when no attempt gives that. Same input, same result.
 struct HullResult {
   TriangleMesh surface;
   HullReport report;
