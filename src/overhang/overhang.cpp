@@ -81,19 +81,37 @@ Overhang find_overhang(const Model& model, const ScalarField& field, const Overh
   }
   const auto on_platform = vertices_on_platform(model);
   const auto state = classify_faces(model, field, on_platform, options.self_support.sin(), run);
+  const auto enforce = faces_in_regions(model, options.enforce), block = faces_in_regions(model, options.block);
 
   Overhang overhang;
+  // Touched: by a face that overhangs, blocked or not, or by a blocked face; a minimum there is no case of its own.
+  std::vector<char> taken(model.boundary.size(), 0);
   std::vector<char> touched(model.mesh.vertices.size(), 0), on_boundary(model.mesh.vertices.size(), 0);
+  std::vector<char> of_overhang(model.mesh.vertices.size(), 0);
   for (Index f = 0; f < size_of(model.boundary); ++f) {
-    for (const Index v : model.boundary[f].vertices) on_boundary[v] = 1;
-    if (state[f] != kOverhang) continue;
-    overhang.faces.push_back(f);
-    overhang.area_mm2 += 0.5 * face_area_normal(model, model.boundary[f]).norm();
-    for (const Index v : model.boundary[f].vertices) touched[v] = 1;
+    const double area = 0.5 * face_area_normal(model, model.boundary[f]).norm();
+    const bool hangs = state[f] == kOverhang, wanted = hangs || (enforce[f] && state[f] != kPlatform);
+    taken[f] = wanted && !block[f];
+    if (taken[f]) {
+      overhang.faces.push_back(f);
+      overhang.area_mm2 += area;
+      if (!hangs) {
+        overhang.enforced.push_back(f);
+        overhang.enforced_area_mm2 += area;
+      }
+    } else if (hangs) {
+      overhang.blocked.push_back(f);
+      overhang.blocked_area_mm2 += area;
+    }
+    for (const Index v : model.boundary[f].vertices) {
+      on_boundary[v] = 1;
+      of_overhang[v] |= taken[f];
+      touched[v] |= taken[f] || block[f];
+    }
   }
-  const auto overhang_sum = direction_sums(model, field, [&](Index f) { return state[f] == kOverhang; });
-  for (Index v = 0; v < size_of(touched); ++v) {
-    if (!touched[v]) continue;
+  const auto overhang_sum = direction_sums(model, field, [&](Index f) { return taken[f]; });
+  for (Index v = 0; v < size_of(of_overhang); ++v) {
+    if (!of_overhang[v]) continue;
     overhang.vertices.push_back(v);
     overhang.vertex_direction.push_back(unit_or_down(overhang_sum[v]));
   }

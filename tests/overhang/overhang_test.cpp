@@ -91,6 +91,48 @@ TEST(Overhang, PitInATopSurfaceNeedsNoSupport) {
   EXPECT_TRUE(planar_overhang(shapes::as_model(mesh)).minima.empty());
 }
 
+TEST(Overhang, RegionsAddAndTakeFaces) {
+  const Model model = shapes::block_on_legs();
+  const Overhang half = planar_overhang(model, {.block = {Region::box(Vec3(-1, -1, 11), Vec3(15.9, 11, 13))}});
+  EXPECT_NEAR(half.area_mm2 + half.blocked_area_mm2, 180.0, 1e-9);
+  EXPECT_GT(half.blocked_area_mm2, 80.0);
+  for (const Index f : half.blocked) EXPECT_FALSE(std::binary_search(half.faces.begin(), half.faces.end(), f));
+
+  // The leg's inner side is a vertical wall.
+  const Overhang more = planar_overhang(model, {.enforce = {Region::box(Vec3(5.9, -1, -1), Vec3(7, 11, 11.9))}});
+  EXPECT_NEAR(more.enforced_area_mm2, 12 * 10.0, 1e-9);
+  EXPECT_NEAR(more.area_mm2, 180.0 + more.enforced_area_mm2, 1e-9);
+  EXPECT_TRUE(planar_overhang(model, {.enforce = {Region::box(Vec3(-1, -1, -1), Vec3(40, 20, 0.1))}}).enforced.empty())
+      << "faces on the platform cannot be enforced";
+
+  const Overhang both = planar_overhang(
+      model, {.enforce = {Region::of_faces({half.faces[0]})}, .block = {Region::sphere(Vec3(15, 5, 12), 100)}});
+  EXPECT_TRUE(both.faces.empty()) << "block is stronger";
+  EXPECT_NEAR(both.blocked_area_mm2, 180.0, 1e-9);
+  EXPECT_THROW((void)planar_overhang(model, {.block = {Region::of_faces({1000000})}}), Error);
+  EXPECT_THROW((void)planar_overhang(model, {.block = {Region::sphere(Vec3::Zero(), 0)}}), Error);
+}
+
+TEST(Overhang, BlockedTipIsNoMinimum) {
+  EXPECT_TRUE(planar_overhang(tip(3.0), {.block = {Region::sphere(Vec3(0, 0, 5), 5)}}).minima.empty());
+}
+
+TEST(Overhang, MeshRegionAgreesWithTheBoxItIs) {
+  const Model model = shapes::block_on_legs(1.0);
+  // Coordinates that centroids share, so that lines meet edges and corners of the region.
+  const Vec3 low(6, 0, 11), high(16, 5, 13);
+  const Model box = shapes::as_model(shapes::brick_mesh(low, high, {10, 5, 2}));
+  TriangleMesh surface;
+  surface.vertices = box.mesh.vertices;
+  for (const auto& f : box.boundary) surface.triangles.push_back(f.vertices);
+  const Overhang by_mesh = planar_overhang(model, {.block = {Region::inside(surface)}});
+  const Overhang by_box = planar_overhang(model, {.block = {Region::box(low, high)}});
+  EXPECT_EQ(by_mesh.blocked, by_box.blocked);
+  EXPECT_NEAR(by_mesh.blocked_area_mm2, 50.0, 1e-9);
+  surface.triangles.pop_back();
+  EXPECT_THROW((void)planar_overhang(model, {.block = {Region::inside(surface)}}), Error);
+}
+
 TEST(Overhang, ThreadCountDoesNotMatter) {
   const Model model = shapes::block_on_legs(1.0);
   const ScalarField field = compute_field(model, {}).field;
