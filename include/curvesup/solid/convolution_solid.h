@@ -1,0 +1,84 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "curvesup/skeleton/skeleton.h"
+#include "curvesup/solid/solid.h"
+
+namespace curvesup {
+
+struct ConvolutionOptions {
+  double kernel_ratio = 1.5;    // kappa = R / rho, in (1, 1.85)
+  double foot_radius_mm = 0.0;  // of the cone at each platform end; 0, or less than the trunk: none
+  int foot_layers = 0;          // the cone's height in layers
+};
+
+// A straight strut of the wanted radius.
+struct Strut {
+  Vec3 a = Vec3::Zero(), b = Vec3::Zero();
+  double radius_mm = 0.0;
+};
+
+// The struts of a skeleton: leaf edges reach one radius past their leaf and platform ends one radius below the
+// platform, so that the first and the last layer have the full radius; collinear neighbours of one radius are joined,
+// which changes no sum. O(edges).
+[[nodiscard]] std::vector<Strut> struts_of(const Skeleton& skeleton);
+
+// Convolution surface around struts (paper, section III-B, equations 3 and 4): value(p) = -1 + sum of F_e(p).
+// Kernel (1 - d^2 / R^2)^2, R = kappa rho, measured along the chord that the strut's line cuts from the ball (p, R), so
+// that F_e = w (l / R)^4 [s^3/3 - s^4/2 + s^5/5] between the strut's ends; w = 15 / (8 (1 - 1/kappa^2)^2) makes the
+// radius around a long strut exactly rho, whatever rho is. Splitting a strut changes nothing. The sums are taken over a
+// grid but in the order of the strut ids: the same bits as the plain sum. value() and bounds() are O(struts near p).
+// Throws Error{usage} for kernel_ratio out of range.
+class ConvolutionSolid : public Solid {
+ public:
+  explicit ConvolutionSolid(const Skeleton& skeleton, const ConvolutionOptions& options = {});
+  explicit ConvolutionSolid(std::span<const Strut> struts, const ConvolutionOptions& options = {});
+
+  [[nodiscard]] double value(const Vec3& p) const override;
+  [[nodiscard]] Bounds bounds(const Vec3& centre, double radius) const override;
+
+  // The same function by a loop over all struts.
+  [[nodiscard]] double plain_value(const Vec3& p) const;
+  [[nodiscard]] std::size_t strut_count() const { return kernels_.size(); }
+  // Box outside of which value() is negative.
+  [[nodiscard]] const Vec3& low() const { return low_; }
+  [[nodiscard]] const Vec3& high() const { return high_; }
+
+ private:
+  struct Kernel {
+    Vec3 a, direction;
+    double length, reach, reach2, scale;  // R, R^2, w (2 / R)^4
+    [[nodiscard]] double contribution(double distance2, double along) const;
+    [[nodiscard]] double at(const Vec3& p) const;
+  };
+  // Which struts can contribute anywhere in a cell, or within `margin` of it.
+  struct Grid {
+    Vec3 low = Vec3::Zero();
+    double cell = 1.0, margin = 0.0;
+    std::array<int, 3> count{};
+    std::vector<Index> first, struts;
+    [[nodiscard]] std::span<const Index> near(const Vec3& p) const;
+  };
+  // A cone from the platform up around a trunk.
+  struct Foot {
+    Vec3 centre;
+    double radius, top_radius, height;
+    [[nodiscard]] double value(const Vec3& p) const;
+    [[nodiscard]] double lipschitz() const;
+  };
+
+  void build(std::span<const Strut> struts, const ConvolutionOptions& options);
+  void add_feet(const Skeleton& skeleton, const ConvolutionOptions& options);
+  [[nodiscard]] Grid make_grid(double cell, double margin) const;
+  [[nodiscard]] double foot_value(const Vec3& p) const;
+
+  std::vector<Kernel> kernels_;
+  std::vector<Foot> feet_;
+  std::vector<Grid> grids_;  // [0] for value(), then ever coarser ones for bounds()
+  Vec3 low_ = Vec3::Zero(), high_ = Vec3::Zero();
+};
+
+}  // namespace curvesup

@@ -1,0 +1,253 @@
+#include "curvesup/solid/convolution_solid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "curvesup/core/error.h"
+#include "curvesup/core/format.h"
+#include "curvesup/mesh/triangle_mesh.h"
+
+namespace curvesup {
+namespace {
+
+constexpr double kCollinear = 1e-7;   // mm: how far a joined node may lie off its strut
+constexpr double kBoundSlack = 1e-9;  // rounding of the sums that bounds() must enclose
+constexpr double kFinestCell = 1.5;   // mm
+constexpr int kBoundLevels = 5;       // coarser grids, each cell twice as large as the one before
+constexpr double kMaxCells = 4e6;
+
+// Integral of s^2 (1 - s)^2 from 0 to s.
+double kernel_integral(double s) { return s * s * s * (1.0 / 3.0 + s * (-0.5 + s * 0.2)); }
+
+struct Chains {
+  std::vector<Index> below;     // edge that leaves a node downwards
+  std::vector<Index> arrivals;  // number of edges that reach a node from above
+};
+
+Chains find_chains(const Skeleton& skeleton) {
+  Chains chains{std::vector<Index>(skeleton.nodes.size(), kNone), std::vector<Index>(skeleton.nodes.size(), 0)};
+  for (std::size_t e = 0; e < skeleton.edges.size(); ++e) {
+    chains.below[skeleton.edges[e].upper] = static_cast<Index>(e);
+    ++chains.arrivals[skeleton.edges[e].lower];
+  }
+  return chains;
+}
+
+}  // namespace
+
+std::vector<Strut> struts_of(const Skeleton& skeleton) {
+  const Chains chains = find_chains(skeleton);
+  std::vector<char> joined(skeleton.edges.size(), 0);
+  std::vector<Strut> struts;
+  for (std::size_t e = 0; e < skeleton.edges.size(); ++e) {
+    if (joined[e]) continue;
+    const SkeletonEdge& first = skeleton.edges[e];
+    const Vec3 start = skeleton.nodes[first.upper].position;
+    Index end = first.lower;
+    std::vector<Vec3> passed;
+    while (chains.arrivals[end] == 1 && chains.below[end] != kNone) {
+      const Index next = chains.below[end];
+      const Vec3& after = skeleton.nodes[skeleton.edges[next].lower].position;
+      if (skeleton.edges[next].radius_mm != first.radius_mm) break;
+      passed.push_back(skeleton.nodes[end].position);
+      const bool straight = std::all_of(passed.begin(), passed.end(), [&](const Vec3& p) {
+        return (closest_point_on_segment(p, start, after) - p).norm() <= kCollinear;
+      });
+      if (!straight) break;
+      joined[next] = 1;
+      end = skeleton.edges[next].lower;
+    }
+    Strut strut{start, skeleton.nodes[end].position, first.radius_mm};
+    const Vec3 direction = (strut.b - strut.a).normalized();
+    if (skeleton.nodes[first.upper].kind == NodeKind::leaf) strut.a -= first.radius_mm * direction;
+    if (skeleton.nodes[end].kind == NodeKind::platform_end) strut.b += first.radius_mm * direction;
+    struts.push_back(strut);
+  }
+  return struts;
+}
+
+// F_e for a point at distance sqrt(distance2) from the strut's line, `along` from its start.
+inline double ConvolutionSolid::Kernel::contribution(double distance2, double along) const {
+  const double half2 = reach2 - distance2;
+  if (half2 <= 0.0) return 0.0;
+  const double half = std::sqrt(half2);
+  const double from = std::max(-half, -along), to = std::min(half, length - along);
+  if (to <= from) return 0.0;
+  const double s0 = 0.5 * (from / half + 1.0), s1 = 0.5 * (to / half + 1.0);
+  return scale * half2 * half2 * (kernel_integral(s1) - kernel_integral(s0));
+}
+
+inline double ConvolutionSolid::Kernel::at(const Vec3& p) const {
+  const Vec3 offset = p - a;
+  const double along = offset.dot(direction);
+  return contribution(offset.squaredNorm() - along * along, along);
+}
+
+double ConvolutionSolid::Foot::value(const Vec3& p) const {
+  const double up = std::clamp(p.z() / height, 0.0, 1.0);
+  const double wall = radius + (top_radius - radius) * up;
+  return std::min(wall - std::hypot(p.x() - centre.x(), p.y() - centre.y()), height - std::abs(p.z()));
+}
+
+double ConvolutionSolid::Foot::lipschitz() const { return std::hypot(1.0, (radius - top_radius) / height); }
+
+ConvolutionSolid::ConvolutionSolid(const Skeleton& skeleton, const ConvolutionOptions& options) {
+  build(struts_of(skeleton), options);
+  add_feet(skeleton, options);
+}
+
+ConvolutionSolid::ConvolutionSolid(std::span<const Strut> struts, const ConvolutionOptions& options) {
+  build(struts, options);
+}
+
+void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOptions& options) {
+  const double kappa = options.kernel_ratio;
+  if (!(kappa > 1.0 && kappa < 1.85)) {
+    throw Error(ErrorKind::usage, "support.kernel_ratio", format("is %g, must lie between 1 and 1.85", kappa));
+  }
+  const double narrowing = 1.0 - 1.0 / (kappa * kappa);
+  const double weight = 15.0 / (8.0 * narrowing * narrowing);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vec3 low = Vec3::Constant(kInfinity), high = Vec3::Constant(-kInfinity);
+  for (const Strut& s : struts) {
+    const double length = (s.b - s.a).norm();
+    if (length <= 0.0 || s.radius_mm <= 0.0) continue;
+    const double reach = kappa * s.radius_mm;
+    kernels_.push_back({s.a, (s.b - s.a) / length, length, reach, reach * reach, weight * 16.0 / std::pow(reach, 4)});
+    low = low.cwiseMin(s.a.cwiseMin(s.b) - Vec3::Constant(reach));
+    high = high.cwiseMax(s.a.cwiseMax(s.b) + Vec3::Constant(reach));
+  }
+  if (kernels_.empty()) return;
+  low_ = low;
+  high_ = high;
+  grids_.push_back(make_grid(kFinestCell, 0.0));
+  double cell = kFinestCell;
+  for (int level = 0; level < kBoundLevels; ++level, cell *= 2.0) grids_.push_back(make_grid(cell, 0.5 * cell));
+}
+
+void ConvolutionSolid::add_feet(const Skeleton& skeleton, const ConvolutionOptions& options) {
+  if (options.foot_radius_mm <= 0.0 || options.foot_layers <= 0) return;
+  std::vector<Index> trunk(skeleton.nodes.size(), kNone);  // the thickest edge that reaches a node from above
+  for (std::size_t e = 0; e < skeleton.edges.size(); ++e) {
+    Index& best = trunk[skeleton.edges[e].lower];
+    if (best == kNone || skeleton.edges[e].branch_count > skeleton.edges[best].branch_count)
+      best = static_cast<Index>(e);
+  }
+  for (std::size_t n = 0; n < skeleton.nodes.size(); ++n) {
+    if (skeleton.nodes[n].kind != NodeKind::platform_end || trunk[n] == kNone) continue;
+    const double radius = skeleton.edges[trunk[n]].radius_mm;
+    if (options.foot_radius_mm <= radius) continue;
+    Index top = static_cast<Index>(n);
+    for (int i = 0; i < options.foot_layers && trunk[top] != kNone; ++i) top = skeleton.edges[trunk[top]].upper;
+    const double height = skeleton.nodes[top].position.z();
+    if (height <= 0.0) continue;
+    const Vec3& centre = skeleton.nodes[n].position;
+    feet_.push_back({centre, options.foot_radius_mm, radius, height});
+    const Vec3 reach(options.foot_radius_mm, options.foot_radius_mm, height);
+    low_ = low_.cwiseMin(centre - reach);
+    high_ = high_.cwiseMax(centre + reach);
+  }
+}
+
+ConvolutionSolid::Grid ConvolutionSolid::make_grid(double cell, double margin) const {
+  Grid grid;
+  const Vec3 size = high_ - low_ + Vec3::Constant(2.0 * margin);
+  while ((size.x() / cell + 1) * (size.y() / cell + 1) * (size.z() / cell + 1) > kMaxCells) cell *= 1.25;
+  grid.low = low_ - Vec3::Constant(margin);
+  grid.cell = cell;
+  grid.margin = margin;
+  for (int a = 0; a < 3; ++a) grid.count[a] = static_cast<int>(size[a] / cell) + 1;
+  grid.first.assign(static_cast<std::size_t>(grid.count[0]) * grid.count[1] * grid.count[2] + 1, 0);
+  // The half diagonal of a cell turns the distance of its centre into one that holds for all of it.
+  const double cell_reach = 0.5 * std::sqrt(3.0) * cell + margin + kBoundSlack;
+  const auto each_cell = [&](auto&& visit) {
+    for (std::size_t s = 0; s < kernels_.size(); ++s) {
+      const Kernel& k = kernels_[s];
+      const Vec3 b = k.a + k.length * k.direction;
+      const double reach = k.reach + cell_reach;
+      int from[3], to[3];
+      for (int a = 0; a < 3; ++a) {
+        from[a] = std::max(0, static_cast<int>(std::floor((std::min(k.a[a], b[a]) - reach - grid.low[a]) / cell)));
+        to[a] = std::min(grid.count[a] - 1,
+                         static_cast<int>(std::floor((std::max(k.a[a], b[a]) + reach - grid.low[a]) / cell)));
+      }
+      for (int z = from[2]; z <= to[2]; ++z) {
+        for (int y = from[1]; y <= to[1]; ++y) {
+          for (int x = from[0]; x <= to[0]; ++x) {
+            const Vec3 centre = grid.low + cell * Vec3(x + 0.5, y + 0.5, z + 0.5);
+            if ((closest_point_on_segment(centre, k.a, b) - centre).squaredNorm() > reach * reach) continue;
+            visit((static_cast<std::size_t>(z) * grid.count[1] + y) * grid.count[0] + x, static_cast<Index>(s));
+          }
+        }
+      }
+    }
+  };
+  each_cell([&](std::size_t c, Index) { ++grid.first[c + 1]; });
+  for (std::size_t c = 1; c < grid.first.size(); ++c) grid.first[c] += grid.first[c - 1];
+  grid.struts.resize(grid.first.back());
+  std::vector<Index> next(grid.first.begin(), grid.first.end() - 1);
+  each_cell([&](std::size_t c, Index s) { grid.struts[next[c]++] = s; });
+  return grid;
+}
+
+std::span<const Index> ConvolutionSolid::Grid::near(const Vec3& p) const {
+  std::array<int, 3> at{};
+  for (int a = 0; a < 3; ++a) {
+    const double x = std::floor((p[a] - low[a]) / cell);
+    if (!(x >= 0.0 && x < count[a])) return {};
+    at[a] = static_cast<int>(x);
+  }
+  const std::size_t c = (static_cast<std::size_t>(at[2]) * count[1] + at[1]) * count[0] + at[0];
+  return {struts.data() + first[c], struts.data() + first[c + 1]};
+}
+
+double ConvolutionSolid::foot_value(const Vec3& p) const {
+  double best = -std::numeric_limits<double>::infinity();
+  for (const Foot& foot : feet_) best = std::max(best, foot.value(p));
+  return best;
+}
+
+double ConvolutionSolid::value(const Vec3& p) const {
+  double sum = 0.0;
+  if (!grids_.empty()) {
+    for (const Index s : grids_[0].near(p)) sum += kernels_[s].at(p);
+  }
+  return std::max(sum - 1.0, foot_value(p));
+}
+
+double ConvolutionSolid::plain_value(const Vec3& p) const {
+  double sum = 0.0;
+  for (const Kernel& k : kernels_) sum += k.at(p);
+  return std::max(sum - 1.0, foot_value(p));
+}
+
+Solid::Bounds ConvolutionSolid::bounds(const Vec3& centre, double radius) const {
+  double low = 0.0, high = 0.0;
+  // F_e falls with the distance from the line, and with the distance between the point's foot and the strut's middle.
+  const auto add = [&](const Kernel& k) {
+    const Vec3 offset = centre - k.a;
+    const double along = offset.dot(k.direction);
+    const double distance = std::sqrt(std::max(0.0, offset.squaredNorm() - along * along));
+    const double nearest = std::max(0.0, distance - radius), farthest = distance + radius;
+    const double middle = 0.5 * k.length;
+    if (nearest >= k.reach) return;
+    high += k.contribution(nearest * nearest, std::clamp(middle, along - radius, along + radius));
+    low += k.contribution(farthest * farthest, along > middle ? along + radius : along - radius);
+  };
+  const auto grid = std::find_if(grids_.begin(), grids_.end(), [&](const Grid& g) { return g.margin >= radius; });
+  if (grid != grids_.end()) {
+    for (const Index s : grid->near(centre)) add(kernels_[s]);
+  } else {
+    for (const Kernel& k : kernels_) add(k);
+  }
+  Bounds bounds{low - 1.0, high - 1.0};
+  for (const Foot& foot : feet_) {
+    const double at = foot.value(centre), spread = foot.lipschitz() * radius;
+    bounds.low = std::max(bounds.low, at - spread);
+    bounds.high = std::max(bounds.high, at + spread);
+  }
+  return {bounds.low - kBoundSlack, bounds.high + kBoundSlack};
+}
+
+}  // namespace curvesup
