@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "curvesup/core/report.h"
+#include "curvesup/domain/domain.h"
+#include "curvesup/layers/layer_stack.h"
+#include "curvesup/solid/solid.h"
+
+namespace curvesup {
+
+struct TrimOptions {
+  // Longest triangle edge where the solid's surface passes: half the radius of the thinnest strut. Cut points lie on the
+  // surface whatever this is; it bounds how far the border runs straight between them.
+  double edge_length_mm = 0.4;
+  double min_piece_area_mm2 = 0.32;  // smaller pieces are removed and listed; half a squared bead
+  // Support thicker than this is laid in passes; 0: 1.2 times the model's median thickness.
+  double max_height_mm = 0.0;
+  int max_passes = 12;
+};
+
+struct RemovedPiece {
+  Index layer = 0;
+  int pass = 0;
+  int passes = 1;
+  double area_mm2 = 0.0;
+  Vec3 centroid = Vec3::Zero();
+};
+
+// Areas of the support's layers G = (k + 1/2) / N: untrimmed = kept + in_passes + cut_away + removed.
+struct TrimAreas {
+  double untrimmed_mm2 = 0.0;
+  double kept_mm2 = 0.0;       // printed as one layer
+  double in_passes_mm2 = 0.0;  // inside the solid, printed as passes in its place
+  double cut_away_mm2 = 0.0;
+  double removed_mm2 = 0.0;  // pieces below min_piece_area_mm2
+};
+
+struct TrimReport {
+  TrimAreas areas;
+  // By material: sum of area times height, where the height is the local thickness or, where that is less, the height of the
+  // nozzle tip (half a thickness above the layer) over the platform.
+  std::array<double, kMaterialCount> untrimmed_volume_mm3{}, printed_volume_mm3{};
+  Index support_layers = 0;  // values of k with printed support
+  Index support_pieces = 0;  // face-connected parts of a printed support sheet
+  Index pieces_in_passes = 0;
+  Index passes_max = 1;
+  Index triangles = 0;
+  double max_height_mm = 0.0;  // the one used
+  double model_thickness_p50_mm = 0.0;
+  double support_height_p50_mm = 0.0, support_height_p99_mm = 0.0;  // 1 / (N m |grad G|), by printed area
+  double support_height_min_mm = 0.0, support_height_max_mm = 0.0;
+  std::vector<RemovedPiece> removed;  // in order of (layer, passes, pass)
+  std::vector<Check> checks;
+};
+
+struct TrimResult {
+  LayerStack stack;  // printed: the model's sheets as they were, the support's inside the solid
+  TrimReport report;
+};
+
+// Cuts the support's layers by the solid (paper, equation 2 and the cases N = 0..3 of its trimming step). A triangle is
+// skipped, or kept whole, only when the solid's interval bound proves it out, or in; else it is refined, by a rule that looks
+// at each edge alone, so that neighbours agree and a sheet stays without cracks. Cut points are roots of the solid along an
+// edge, shared by its two triangles; the border between two of them gets one more root. Inside is value >= 0.
+//
+// Support thicker than max_height_mm is laid in m passes at G = (k + (j + 1/2) / m) / N. One m holds for a whole connected
+// region of the slab k / N <= G < (k + 1) / N: the pieces of the layer k + 1/2 and all pieces of the passes that lie over or
+// under them along grad G.
+//
+// `untrimmed` is the result of slice_layers. Parallel over layers; same bytes for any thread count.
+[[nodiscard]] TrimResult trim_layers(const Domain& domain, const ScalarField& field, const LayerStack& untrimmed,
+                                     const Solid& solid, const TrimOptions& options = {}, const RunContext& run = {});
+
+}  // namespace curvesup

@@ -1,0 +1,237 @@
+#include "trim/sheet_cutter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "curvesup/mesh/triangle_mesh.h"
+
+namespace curvesup {
+
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+// The ball around the middle of a triangle's longest edge that holds the triangle: the third corner is at most
+// sqrt(3) / 2 of that edge away.
+constexpr double kCoveringRadius = 0.8660254037844388;
+constexpr double kRootTolerance_mm = 1e-5;
+// A border that leaves its chord by less is left straight.
+constexpr double kFlatBorder_mm = 2e-3;
+
+// Root of the solid between a point inside (value >= 0) and one outside, by regula falsi with the Illinois rule and a
+// bisection wherever that is slow; the point returned is the inside end of the last bracket.
+Vec3 root_between(const Solid& solid, const Vec3& inside, double inside_value, const Vec3& outside, double outside_value) {
+  const Vec3 along = outside - inside;
+  const double length = along.norm();
+  double low = 0.0, high = 1.0, low_value = inside_value, high_value = outside_value;
+  int last_side = 0;
+  for (int i = 0; i < 60 && (high - low) * length > kRootTolerance_mm; ++i) {
+    const double slope = low_value - high_value;
+    double t = slope > 0.0 ? low + (high - low) * low_value / slope : 0.5 * (low + high);
+    if (i % 4 == 3 || !(t > low && t < high)) t = 0.5 * (low + high);
+    const double v = solid.value(inside + t * along);
+    if (v >= 0.0) {
+      low = t;
+      low_value = v;
+      if (last_side == 1) high_value *= 0.5;
+      last_side = 1;
+      if (v == 0.0) break;
+    } else {
+      high = t;
+      high_value = v;
+      if (last_side == -1) low_value *= 0.5;
+      last_side = -1;
+    }
+  }
+  return inside + low * along;
+}
+
+}  // namespace
+
+Index SheetCutter::add_vertex(const Vec3& position) {
+  vertices_.push_back(position);
+  value_.push_back(kUnknown);
+  return static_cast<Index>(vertices_.size()) - 1;
+}
+
+double SheetCutter::value(Index vertex) {
+  if (std::isnan(value_[vertex])) value_[vertex] = solid_.value(vertices_[vertex]);
+  return value_[vertex];
+}
+
+double SheetCutter::area(const Corners& t) const { return triangle_area(vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]); }
+
+void SheetCutter::keep(const Corners& t, Index tet) {
+  triangles_.push_back(t);
+  triangle_tet_.push_back(tet);
+}
+
+bool SheetCutter::may_be_inside(Index a, Index b) const {
+  const Vec3 middle = 0.5 * (vertices_[a] + vertices_[b]);
+  return solid_.bounds(middle, 0.5 * (vertices_[b] - vertices_[a]).norm()).high >= 0.0;
+}
+
+void SheetCutter::add_triangle(const std::array<Index, 3>& corners, Index tet) {
+  pending_.assign(1, corners);
+  while (!pending_.empty()) {
+    const Corners t = pending_.back();
+    pending_.pop_back();
+    // The ball that the triangle's own longest edge stands for; also a triangle proved inside has to follow the splits of its
+    // edges, which its neighbours may need.
+    double longest2 = 0.0;
+    Vec3 middle = Vec3::Zero();
+    for (int c = 0; c < 3; ++c) {
+      const Vec3 &a = vertices_[t[c]], &b = vertices_[t[(c + 1) % 3]];
+      if ((b - a).squaredNorm() < longest2) continue;
+      longest2 = (b - a).squaredNorm();
+      middle = 0.5 * (a + b);
+    }
+    if (longest2 > edge_length_ * edge_length_) {
+      double radius2 = 0.0;
+      for (const Index v : t) radius2 = std::max(radius2, (vertices_[v] - middle).squaredNorm());
+      if (solid_.bounds(middle, std::sqrt(radius2)).high < 0.0) {
+        cut_away_ += area(t);
+        continue;
+      }
+      if (refine(t)) continue;
+    }
+    cut(t, tet);
+  }
+}
+
+// The decision hangs on the edge alone: longer than wanted, and the solid's surface may be within the ball that covers any
+// triangle whose longest edge it is. So both triangles at an edge agree, and no triangle that the surface meets stays large.
+Index SheetCutter::split(Index a, Index b) {
+  const double length = (vertices_[b] - vertices_[a]).norm();
+  if (length <= edge_length_) return kNone;
+  const auto slot = midpoints_.at(a, b);
+  if (!slot.is_new) return slot.value;
+  const Vec3 middle = 0.5 * (vertices_[a] + vertices_[b]);
+  const Solid::Bounds bounds = solid_.bounds(middle, kCoveringRadius * length);
+  if (bounds.low < 0.0 && bounds.high >= 0.0) slot.value = add_vertex(middle);
+  return slot.value;
+}
+
+bool SheetCutter::refine(const Corners& t) {
+  std::array<Index, 3> m{};  // of the edge from corner c to the next
+  int splits = 0, last = 0, whole = 0;
+  for (int c = 0; c < 3; ++c) {
+    m[c] = split(t[c], t[(c + 1) % 3]);
+    if (m[c] == kNone) {
+      whole = c;
+    } else {
+      last = c;
+      ++splits;
+    }
+  }
+  if (splits == 0) return false;
+  if (splits == 3) {
+    pending_.insert(pending_.end(), {{m[0], m[1], m[2]}, {t[2], m[2], m[1]}, {t[1], m[1], m[0]}, {t[0], m[0], m[2]}});
+  } else if (splits == 1) {
+    const Index a = t[last], b = t[(last + 1) % 3], c = t[(last + 2) % 3];
+    pending_.insert(pending_.end(), {{m[last], b, c}, {a, m[last], c}});
+  } else {
+    // a -> b is the whole edge, c the corner opposite it.
+    const Index a = t[whole], b = t[(whole + 1) % 3], c = t[(whole + 2) % 3];
+    const Index p = m[(whole + 1) % 3], q = m[(whole + 2) % 3];
+    if ((vertices_[a] - vertices_[p]).squaredNorm() <= (vertices_[b] - vertices_[q]).squaredNorm()) {
+      pending_.insert(pending_.end(), {{c, q, p}, {a, p, q}, {a, b, p}});
+    } else {
+      pending_.insert(pending_.end(), {{c, q, p}, {b, p, q}, {a, b, q}});
+    }
+  }
+  return true;
+}
+
+// Where the edge from a vertex inside to one outside leaves the solid.
+Index SheetCutter::cut_point(Index inside, Index outside) {
+  const auto slot = cuts_.at(inside, outside);
+  if (slot.is_new) {
+    const Vec3 root =
+        root_between(solid_, vertices_[inside], value_[inside], vertices_[outside], value_[outside]);
+    slot.value = add_vertex(root);
+    value_.back() = 0.0;
+  }
+  return slot.value;
+}
+
+// One more root between the cut points p and q of a triangle, on the line from its corner `from` through the middle of pq to
+// the opposite edge: it stays inside the triangle, so neighbours need not know. kNone where the border is straight enough.
+Index SheetCutter::border_point(Index from, Index p, Index q, Index edge_a, Index edge_b) {
+  const Vec3 middle = 0.5 * (vertices_[p] + vertices_[q]);
+  const Vec3& corner = vertices_[from];
+  const Vec3 direction = middle - corner;
+  const double chord = (vertices_[q] - vertices_[p]).norm();
+  const double reach = direction.norm();
+  if (chord <= 4.0 * kFlatBorder_mm || reach <= kFlatBorder_mm) return kNone;
+  const double middle_value = solid_.value(middle);
+  // Towards the corner the line ends there; away from it, just before the opposite edge, or half a chord further.
+  const bool corner_inside = value_[from] >= 0.0;
+  const bool towards_corner = corner_inside != (middle_value >= 0.0);
+  Vec3 end = corner + 0.05 * direction;
+  if (!towards_corner) {
+    const Vec3 normal = direction.cross(vertices_[edge_b] - vertices_[edge_a]);
+    const Vec3 side = normal.cross(vertices_[edge_b] - vertices_[edge_a]);  // in the plane, across the opposite edge
+    const double along = side.dot(direction);
+    if (along == 0.0) return kNone;
+    const double to_edge = side.dot(vertices_[edge_a] - middle) / along;
+    if (!(to_edge > 0.0)) return kNone;
+    end = middle + std::min(0.95 * to_edge, 0.5 * chord / reach) * direction;
+  }
+  const double end_value = solid_.value(end);
+  if ((end_value >= 0.0) == (middle_value >= 0.0)) return kNone;
+  const Vec3 root = middle_value >= 0.0 ? root_between(solid_, middle, middle_value, end, end_value)
+                                        : root_between(solid_, end, end_value, middle, middle_value);
+  if ((root - middle).squaredNorm() < kFlatBorder_mm * kFlatBorder_mm) return kNone;
+  return add_vertex(root);
+}
+
+void SheetCutter::cut(const Corners& t, Index tet) {
+  int inside = 0;
+  std::array<bool, 3> in{};
+  for (int c = 0; c < 3; ++c) {
+    in[c] = value(t[c]) >= 0.0;
+    inside += in[c];
+  }
+  if (inside == 3) {
+    keep(t, tet);
+    return;
+  }
+  if (inside == 0) {
+    cut_away_ += area(t);
+    return;
+  }
+  // Turn the triangle so that the corner that is alone on its side comes first.
+  const bool alone_inside = inside == 1;
+  const int first = in[0] == alone_inside && in[1] != alone_inside && in[2] != alone_inside ? 0
+                    : in[1] == alone_inside && in[2] != alone_inside                        ? 1
+                                                                                            : 2;
+  const Index a = t[first], b = t[(first + 1) % 3], c = t[(first + 2) % 3];
+  const Index p = alone_inside ? cut_point(a, b) : cut_point(b, a);
+  const Index q = alone_inside ? cut_point(a, c) : cut_point(c, a);
+  const Index r = border_point(a, p, q, b, c);
+
+  std::array<Corners, 2> tip{};   // between a and the border
+  std::array<Corners, 3> base{};  // between the border and bc
+  int tips = 0, bases = 0;
+  if (r == kNone) {
+    tip[tips++] = {a, p, q};
+    if ((vertices_[p] - vertices_[c]).squaredNorm() <= (vertices_[q] - vertices_[b]).squaredNorm()) {
+      base[bases++] = {p, b, c};
+      base[bases++] = {p, c, q};
+    } else {
+      base[bases++] = {p, b, q};
+      base[bases++] = {b, c, q};
+    }
+  } else {
+    tip[tips++] = {a, p, r};
+    tip[tips++] = {a, r, q};
+    base[bases++] = {p, b, r};
+    base[bases++] = {b, c, r};
+    base[bases++] = {c, q, r};
+  }
+  for (int i = 0; i < tips; ++i) alone_inside ? keep(tip[i], tet) : void(cut_away_ += area(tip[i]));
+  for (int i = 0; i < bases; ++i) alone_inside ? void(cut_away_ += area(base[i])) : keep(base[i], tet);
+}
+
+}  // namespace curvesup

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "curvesup/solid/solid.h"
+#include "trim/edge_map.h"
+
+namespace curvesup {
+
+// Refines the triangles of one sheet where the solid's surface passes and keeps what lies inside.
+class SheetCutter {
+ public:
+  SheetCutter(const Solid& solid, double edge_length_mm) : solid_(solid), edge_length_(edge_length_mm) {}
+
+  // Vertices get the ids 0, 1, 2, ...; a vertex that two triangles share must be added once.
+  Index add_vertex(const Vec3& position);
+  // Adds what of the triangle lies inside. Its parts get the same tet.
+  void add_triangle(const std::array<Index, 3>& corners, Index tet);
+  // Whether any point between two vertices may be inside the solid; never wrongly false.
+  [[nodiscard]] bool may_be_inside(Index a, Index b) const;
+
+  [[nodiscard]] const std::vector<Vec3>& vertices() const { return vertices_; }
+  [[nodiscard]] std::vector<Vec3> take_vertices() { return std::move(vertices_); }
+  [[nodiscard]] std::vector<std::array<Index, 3>> take_triangles() { return std::move(triangles_); }
+  [[nodiscard]] std::vector<Index> take_triangle_tet() { return std::move(triangle_tet_); }
+  [[nodiscard]] double cut_away_area() const { return cut_away_; }
+
+ private:
+  using Corners = std::array<Index, 3>;
+  [[nodiscard]] double area(const Corners& t) const;
+  double value(Index vertex);
+  Index split(Index a, Index b);  // midpoint of an edge that has to be split, else kNone
+  bool refine(const Corners& t);  // pushes the parts of a triangle that has edges to split
+  void cut(const Corners& t, Index tet);
+  Index cut_point(Index inside, Index outside);
+  Index border_point(Index from, Index p, Index q, Index edge_a, Index edge_b);
+  void keep(const Corners& t, Index tet);
+
+  const Solid& solid_;
+  double edge_length_;
+  std::vector<Vec3> vertices_;
+  std::vector<double> value_;  // NaN: not asked for yet
+  std::vector<std::array<Index, 3>> triangles_;
+  std::vector<Index> triangle_tet_;
+  std::vector<Corners> pending_;
+  EdgeMap midpoints_, cuts_;
+  double cut_away_ = 0.0;
+};
+
+}  // namespace curvesup

@@ -1,0 +1,96 @@
+#include "trim/trimmed_sheet.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "curvesup/mesh/triangle_mesh.h"
+#include "layers/sheet_edges.h"
+#include "trim/disjoint_sets.h"
+
+namespace curvesup {
+
+double TrimmedSheet::area(std::size_t triangle) const {
+  const auto& t = triangles[triangle];
+  return triangle_area(vertices[t[0]], vertices[t[1]], vertices[t[2]]);
+}
+
+namespace {
+
+// For each triangle the piece it belongs to.
+std::vector<Index> label(const std::vector<std::array<Index, 3>>& triangles, Index& piece_count) {
+  DisjointSets sets(triangles.size());
+  // Triangles that share an edge meet in that edge's slot.
+  const std::vector<SheetEdge> edges = sheet_edges(triangles);
+  std::vector<Index> first_edge;
+  if (!edges.empty()) first_edge.assign(edges.back().low + 2, 0);
+  for (const SheetEdge& e : edges) ++first_edge[e.low + 1];
+  std::partial_sum(first_edge.begin(), first_edge.end(), first_edge.begin());
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      const auto [low, high] = std::minmax(triangles[i][c], triangles[i][(c + 1) % 3]);
+      if (low == high) continue;
+      for (Index e = first_edge[low]; e < first_edge[low + 1]; ++e) {
+        if (edges[e].high == high) sets.join(static_cast<Index>(i), edges[e].triangle);
+      }
+    }
+  }
+  std::vector<Index> piece(triangles.size(), kNone), piece_of_root(triangles.size(), kNone);
+  piece_count = 0;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    Index& number = piece_of_root[sets.root(static_cast<Index>(i))];
+    if (number == kNone) number = piece_count++;
+    piece[i] = number;
+  }
+  return piece;
+}
+
+}  // namespace
+
+void find_pieces(TrimmedSheet& sheet, const ScalarField& field, int layer_count) {
+  Index count = 0;
+  sheet.triangle_piece = label(sheet.triangles, count);
+  sheet.pieces.assign(count, {});
+  struct Sample {
+    Index piece;
+    double thickness, area;
+  };
+  std::vector<Sample> samples(sheet.triangles.size());
+  for (std::size_t i = 0; i < sheet.triangles.size(); ++i) {
+    const auto& t = sheet.triangles[i];
+    const double area = sheet.area(i);
+    Piece& piece = sheet.pieces[sheet.triangle_piece[i]];
+    piece.area += area;
+    piece.centroid += area / 3.0 * (sheet.vertices[t[0]] + sheet.vertices[t[1]] + sheet.vertices[t[2]]);
+    samples[i] = {sheet.triangle_piece[i], 1.0 / (layer_count * field.gradient[sheet.triangle_tet[i]].norm()), area};
+  }
+  std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
+    return a.piece != b.piece ? a.piece < b.piece : a.thickness != b.thickness ? a.thickness < b.thickness : a.area < b.area;
+  });
+  std::size_t next = 0;
+  for (Index p = 0; p < count; ++p) {
+    Piece& piece = sheet.pieces[p];
+    if (piece.area > 0.0) piece.centroid /= piece.area;
+    double sum = 0.0;
+    for (bool found = false; next < samples.size() && samples[next].piece == p; ++next) {
+      sum += samples[next].area;
+      if (found) continue;
+      piece.thickness_p95 = samples[next].thickness;
+      found = sum >= 0.95 * piece.area;
+    }
+  }
+}
+
+void keep_pieces(TrimmedSheet& sheet, const std::vector<char>& keep) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < sheet.triangles.size(); ++i) {
+    if (!keep[sheet.triangle_piece[i]]) continue;
+    sheet.triangles[kept] = sheet.triangles[i];
+    sheet.triangle_tet[kept] = sheet.triangle_tet[i];
+    sheet.triangle_piece[kept++] = sheet.triangle_piece[i];
+  }
+  sheet.triangles.resize(kept);
+  sheet.triangle_tet.resize(kept);
+  sheet.triangle_piece.resize(kept);
+}
+
+}  // namespace curvesup

@@ -1,0 +1,196 @@
+#include "curvesup/trim/trim.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <numbers>
+
+#include "curvesup/core/error.h"
+#include "curvesup/layers/layers.h"
+#include "curvesup/mesh/triangle_mesh.h"
+#include "helpers/brick_domain.h"
+#include "helpers/closed_form_solids.h"
+#include "layers/sheet_edges.h"
+
+namespace curvesup {
+namespace {
+
+using shapes::Capsules;
+
+double sheet_area(const LayerStack& stack, const Sheet& sheet) {
+  double sum = 0.0;
+  for (Index i = sheet.first_triangle; i < sheet.first_triangle + sheet.triangle_count; ++i) {
+    const auto& t = stack.triangles[i];
+    sum += triangle_area(stack.vertices[t[0]], stack.vertices[t[1]], stack.vertices[t[2]]);
+  }
+  return sum;
+}
+
+bool all_ok(const std::vector<Check>& checks) {
+  return std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.ok; });
+}
+
+// A column of support 20 x 20 x 16 on the platform, under planar layers of `thickness`.
+struct Column {
+  Domain domain;
+  ScalarField field;
+  LayerStack layers;
+};
+
+Column planar_column(double cell, double thickness) {
+  Column column;
+  const int n = static_cast<int>(20.0 / cell + 0.5), m = std::max(1, static_cast<int>(16.0 / cell + 0.5));
+  column.domain = shapes::brick_domain(Vec3(0, 0, 0), Vec3(20, 20, 16), {n, n, m}, [](const Vec3&) { return false; });
+  column.field = shapes::sampled_field(column.domain, [](const Vec3& p) { return p.z() / 16.0; });
+  column.layers = slice_layers(column.domain, column.field, static_cast<int>(16.0 / thickness + 0.5)).stack;
+  return column;
+}
+
+// Area of the solid on a plane z by a fine raster.
+double raster_area(const Solid& solid, double z, double step) {
+  double area = 0.0;
+  for (double x = 0.5 * step; x < 20.0; x += step) {
+    for (double y = 0.5 * step; y < 20.0; y += step) area += solid.value(Vec3(x, y, z)) >= 0.0 ? step * step : 0.0;
+  }
+  return area;
+}
+
+TEST(Trim, ThinStrutsAreFoundAtAnyTriangleSize) {
+  // Radius 0.8: upright, oblique, and lying almost in a layer; triangles up to 14 mm long.
+  const Capsules solid({{{6.3, 6.1, -2}, {6.3, 6.1, 20}, 0.8},
+                        {{12.2, 4.0, -2}, {16.0, 15.0, 20}, 0.8},
+                        {{3.0, 13.0, 7.3}, {10.0, 15.5, 8.9}, 0.8}});
+  for (const double cell : {10.0, 5.0, 2.0, 1.0}) {
+    const Column column = planar_column(cell, 2.0);
+    const TrimResult result = trim_layers(column.domain, column.field, column.layers, solid);
+    EXPECT_TRUE(all_ok(result.report.checks));
+    ASSERT_EQ(result.stack.sheets.size(), 8u) << "cell " << cell;
+    for (const Sheet& sheet : result.stack.sheets) {
+      const double expected = raster_area(solid, 16.0 * sheet.iso_value, 0.02);
+      EXPECT_NEAR(sheet_area(result.stack, sheet) / expected, 1.0, 0.01) << "cell " << cell << " layer " << sheet.layer;
+    }
+  }
+}
+
+TEST(Trim, AgreesWithCuttingEverythingFine) {
+  const Capsules solid({{{6.3, 6.1, -2}, {13.3, 9.1, 20}, 0.8}, {{12.2, 4.0, -2}, {16.0, 15.0, 20}, 2.3}});
+  const Column coarse = planar_column(5.0, 2.0), fine = planar_column(1.0, 2.0);
+  const TrimResult fast = trim_layers(coarse.domain, coarse.field, coarse.layers, solid);
+  TrimOptions brute;
+  brute.edge_length_mm = 0.1;
+  const TrimResult slow = trim_layers(fine.domain, fine.field, fine.layers, solid, brute);
+  EXPECT_NEAR(fast.report.areas.kept_mm2 / slow.report.areas.kept_mm2, 1.0, 0.01);
+}
+
+TEST(Trim, SheetsHaveNoCracks) {
+  const Capsules solid({{{6.3, 6.1, -2}, {13.3, 9.1, 20}, 1.7}, {{12.2, 4.0, -2}, {16.0, 15.0, 20}, 4.1}});
+  const Domain domain = shapes::brick_domain(Vec3(0, 0, 0), Vec3(20, 20, 16), {7, 6, 5}, [](const Vec3&) { return false; });
+  const ScalarField field =
+      shapes::sampled_field(domain, [](const Vec3& p) { return (p - Vec3(8, 8, -25)).norm() / 20.0; });
+  const LayerStack layers = slice_layers(domain, field, 10).stack;
+  const TrimResult result = trim_layers(domain, field, layers, solid);
+  EXPECT_TRUE(all_ok(result.report.checks));
+  for (const Sheet& sheet : result.stack.sheets) {
+    const auto edges = sheet_edges({result.stack.triangles.data() + sheet.first_triangle, std::size_t(sheet.triangle_count)});
+    for (const SheetEdge& edge : edges) {
+      EXPECT_TRUE(edge.manifold());
+      if (!edge.border()) continue;
+      // A border is the solid's surface, the platform or the end of the domain; a crack would be deep inside. It may run
+      // outside by less than an edge only across the crease between the two capsules.
+      const Vec3 p = 0.5 * (result.stack.vertices[edge.low] + result.stack.vertices[edge.high]);
+      const bool end = p.z() < 1e-9 || p.x() < 1e-6 || p.y() < 1e-6 || p.x() > 20 - 1e-6 || p.y() > 20 - 1e-6 || p.z() > 16 - 1e-6;
+      EXPECT_TRUE(end || (solid.value(p) < 0.01 && solid.value(p) > -0.1)) << p.transpose() << " value " << solid.value(p);
+    }
+  }
+}
+
+TEST(Trim, BorderPointsLieOnTheSolid) {
+  const Capsules solid({{{10.3, 9.1, -2}, {10.3, 9.1, 20}, 3.0}});
+  const Column column = planar_column(2.0, 2.0);
+  const TrimResult result = trim_layers(column.domain, column.field, column.layers, solid);
+  for (const Sheet& sheet : result.stack.sheets) {
+    const auto edges = sheet_edges({result.stack.triangles.data() + sheet.first_triangle, std::size_t(sheet.triangle_count)});
+    for (const SheetEdge& edge : edges) {
+      if (!edge.border()) continue;
+      EXPECT_NEAR(solid.value(result.stack.vertices[edge.low]), 0.0, 2e-5);
+      EXPECT_NEAR(solid.value(result.stack.vertices[edge.high]), 0.0, 2e-5);
+    }
+    EXPECT_NEAR(sheet_area(result.stack, sheet) / (std::numbers::pi * 9.0), 1.0, 0.002);
+  }
+}
+
+TEST(Trim, SmallPiecesAreRemovedAndListed) {
+  const Capsules solid({{{6, 6, -2}, {6, 6, 20}, 1.0}, {{14, 14, 7}, {14, 14, 7}, 0.25}});
+  const Column column = planar_column(2.0, 2.0);
+  const TrimResult result = trim_layers(column.domain, column.field, column.layers, solid);
+  EXPECT_TRUE(all_ok(result.report.checks));
+  ASSERT_EQ(result.report.removed.size(), 1u);
+  EXPECT_EQ(result.report.removed[0].layer, 3);
+  EXPECT_NEAR(result.report.removed[0].area_mm2, std::numbers::pi * 0.0625, 0.01);
+  EXPECT_NEAR((result.report.removed[0].centroid - Vec3(14, 14, 7)).norm(), 0.0, 0.01);
+  EXPECT_EQ(result.report.support_pieces, 8);
+  EXPECT_NEAR(result.report.areas.untrimmed_mm2, 8 * 400.0, 1e-6);
+}
+
+TEST(Trim, VolumeIsAreaTimesHeightCutAtThePlatform) {
+  const Capsules solid({{{10, 10, -9}, {10, 10, 30}, 3.0}});
+  const Column column = planar_column(2.0, 2.0);
+  const TrimResult result = trim_layers(column.domain, column.field, column.layers, solid);
+  EXPECT_NEAR(result.report.untrimmed_volume_mm3[1], 20.0 * 20.0 * 16.0, 1e-6);
+  EXPECT_NEAR(result.report.printed_volume_mm3[1] / (std::numbers::pi * 9.0 * 16.0), 1.0, 0.003);
+}
+
+TEST(Trim, TheModelIsUntouchedAndSharesVerticesWithItsSupport) {
+  const Domain domain = shapes::floating_block_domain();
+  const ScalarField field = shapes::sampled_field(domain, [](const Vec3& p) { return (p - Vec3(10, 6, -40)).norm() / 20.0; });
+  const LayerStack layers = slice_layers(domain, field, 30).stack;
+  const Capsules solid({{{10, 0, -4}, {10, 0, 30}, 5.0}});
+  const TrimResult result = trim_layers(domain, field, layers, solid);
+  std::map<std::array<double, 3>, Index> model_vertex;
+  Index shared = 0, split = 0;
+  std::size_t model_sheets = 0;
+  for (const Sheet& sheet : result.stack.sheets) {
+    model_sheets += sheet.material == Material::model;
+    for (Index i = sheet.first_triangle; i < sheet.first_triangle + sheet.triangle_count; ++i) {
+      for (const Index v : result.stack.triangles[i]) {
+        const Vec3& p = result.stack.vertices[v];
+        if (sheet.material == Material::model) {
+          model_vertex.try_emplace({p.x(), p.y(), p.z()}, v);
+        } else if (const auto at = model_vertex.find({p.x(), p.y(), p.z()}); at != model_vertex.end()) {
+          (at->second == v ? shared : split) += 1;
+        }
+      }
+    }
+  }
+  EXPECT_GT(shared, 10);
+  EXPECT_EQ(split, 0);
+  EXPECT_NEAR(result.report.printed_volume_mm3[0], result.report.untrimmed_volume_mm3[0], 1e-9);
+  std::size_t expected = 0;
+  for (const Sheet& sheet : layers.sheets) expected += sheet.material == Material::model;
+  EXPECT_EQ(model_sheets, expected);
+}
+
+TEST(Trim, ThreadsDoNotChangeAByte) {
+  const Capsules solid({{{6.3, 6.1, -2}, {13.3, 9.1, 20}, 0.8}, {{12.2, 4.0, -2}, {16.0, 15.0, 20}, 2.3}});
+  const Column column = planar_column(2.0, 0.5);
+  RunContext two;
+  two.threads = 2;
+  const TrimResult a = trim_layers(column.domain, column.field, column.layers, solid);
+  const TrimResult b = trim_layers(column.domain, column.field, column.layers, solid, {}, two);
+  ASSERT_EQ(a.stack.vertices.size(), b.stack.vertices.size());
+  ASSERT_EQ(a.stack.triangles, b.stack.triangles);
+  EXPECT_EQ(std::memcmp(a.stack.vertices.data(), b.stack.vertices.data(), a.stack.vertices.size() * sizeof(Vec3)), 0);
+}
+
+TEST(Trim, RefusesOptionsOutOfRange) {
+  const Column column = planar_column(10.0, 4.0);
+  const Capsules solid({});
+  TrimOptions options;
+  options.edge_length_mm = 0.0;
+  EXPECT_THROW((void)trim_layers(column.domain, column.field, column.layers, solid, options), Error);
+}
+
+}  // namespace
+}  // namespace curvesup
