@@ -6,6 +6,7 @@
 #include "curvesup/core/error.h"
 #include "curvesup/core/parallel.h"
 #include "curvesup/layers/layers.h"
+#include "layers/cut_cases.h"
 
 namespace curvesup {
 
@@ -14,38 +15,6 @@ namespace {
 constexpr std::size_t kTetGrain = 16384;
 constexpr std::size_t kVertexGrain = 8192;
 constexpr std::size_t kEdgeGrain = 16384;
-
-constexpr int local_edge(int a, int b) {
-  for (int e = 0; e < 6; ++e) {
-    if ((kTetEdge[e][0] == a && kTetEdge[e][1] == b) || (kTetEdge[e][0] == b && kTetEdge[e][1] == a)) return e;
-  }
-  return -1;
-}
-
-// The local edges of a tet that one level crosses, as a ring around the part above, seen from above counter-clockwise.
-// Indexed by the bit mask of the local vertices that are above.
-struct CutCase {
-  int size = 0;  // 0, 3 or 4
-  std::array<int, 4> edge{};
-};
-
-constexpr std::array<CutCase, 16> make_cut_cases() {
-  std::array<CutCase, 16> cases{};
-  for (int i = 0; i < 4; ++i) {
-    const auto& f = kTetFace[i];  // its normal points away from vertex i
-    const int a = local_edge(i, f[0]), b = local_edge(i, f[1]), c = local_edge(i, f[2]);
-    cases[1 << i] = {3, {a, c, b, -1}};
-    cases[15 ^ (1 << i)] = {3, {a, b, c, -1}};
-  }
-  // Even permutations (i, j, k, l): i and j above, k and l below.
-  constexpr int kEven[6][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 2, 0, 3}, {1, 3, 2, 0}, {2, 3, 0, 1}};
-  for (const auto& p : kEven) {
-    cases[(1 << p[0]) | (1 << p[1])] = {
-        4, {local_edge(p[0], p[2]), local_edge(p[1], p[2]), local_edge(p[1], p[3]), local_edge(p[0], p[3])}};
-  }
-  return cases;
-}
-constexpr std::array<CutCase, 16> kCutCases = make_cut_cases();
 
 // The levels below or at a vertex's value are 0 .. rank - 1: for those the vertex is above.
 std::vector<Index> vertex_ranks(const ScalarField& field, std::span<const Level> levels, const RunContext& run) {
@@ -160,8 +129,7 @@ Crossings place_crossings(const Domain& domain, const ScalarField& field, std::s
       const double low = field.value[below], high = field.value[above];
       Index id = edges.first_crossing[e];
       for (Index level = rank[below]; level < rank[above]; ++level, ++id) {
-        const double iso = levels[level].iso_value;
-        crossings.position[id] = iso == high ? b : Vec3(a + (iso - low) / (high - low) * (b - a));
+        crossings.position[id] = crossing_point(a, low, b, high, levels[level].iso_value);
         crossings.level[id] = level;
       }
     }
@@ -261,10 +229,7 @@ void clip_at_platform(RawTriangles& raw, Crossings& crossings) {
   cut_edges.erase(std::unique(cut_edges.begin(), cut_edges.end()), cut_edges.end());
   const Index first_cut = static_cast<Index>(crossings.position.size());
   for (const auto& [a, b] : cut_edges) {
-    const Vec3 &p = crossings.position[a], &q = crossings.position[b];
-    Vec3 cut = p + p.z() / (p.z() - q.z()) * (q - p);
-    cut.z() = 0.0;
-    crossings.position.push_back(cut);
+    crossings.position.push_back(platform_point(crossings.position[a], crossings.position[b]));
     crossings.level.push_back(crossings.level[a]);
   }
   const auto cut_between = [&](Index a, Index b) {

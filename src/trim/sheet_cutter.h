@@ -21,9 +21,8 @@ class SheetCutter {
   [[nodiscard]] bool may_be_inside(Index a, Index b) const;
 
   [[nodiscard]] const std::vector<Vec3>& vertices() const { return vertices_; }
-  [[nodiscard]] std::vector<Vec3> take_vertices() { return std::move(vertices_); }
-  [[nodiscard]] std::vector<std::array<Index, 3>> take_triangles() { return std::move(triangles_); }
-  [[nodiscard]] std::vector<Index> take_triangle_tet() { return std::move(triangle_tet_); }
+  [[nodiscard]] const std::vector<std::array<Index, 3>>& triangles() const { return triangles_; }
+  [[nodiscard]] const std::vector<Index>& triangle_tet() const { return triangle_tet_; }
   [[nodiscard]] double cut_away_area() const { return cut_away_; }
 
  private:

@@ -1,12 +1,14 @@
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <numeric>
+#include <limits>
 
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
 #include "curvesup/core/parallel.h"
 #include "curvesup/mesh/triangle_mesh.h"
 #include "curvesup/trim/trim.h"
+#include "trim/divide_slab.h"
 #include "trim/sheet_cutter.h"
 #include "trim/trimmed_sheet.h"
 
@@ -72,9 +74,9 @@ TrimmedSheet trim_sheet(const LayerStack& stack, const Sheet& sheet, const std::
     cutter.add_triangle(t, tet);
   }
   result.cut_away_area += cutter.cut_away_area();
-  result.vertices = cutter.take_vertices();
-  result.triangles = cutter.take_triangles();
-  result.triangle_tet = cutter.take_triangle_tet();
+  result.vertices = cutter.vertices();
+  result.triangles = cutter.triangles();
+  result.triangle_tet = cutter.triangle_tet();
   result.source.resize(result.vertices.size(), kNone);
   return result;
 }
@@ -218,18 +220,55 @@ double support_area(const LayerStack& stack) {
   return sum;
 }
 
-// Drops the pieces below the smallest area and lists them.
-void remove_small_pieces(TrimmedSheet& sheet, double min_area, std::vector<RemovedPiece>& removed) {
-  std::vector<char> keep(sheet.pieces.size(), 1);
-  bool any = false;
-  for (std::size_t p = 0; p < sheet.pieces.size(); ++p) {
-    const Piece& piece = sheet.pieces[p];
-    if (piece.area >= min_area) continue;
-    keep[p] = 0;
-    any = true;
-    removed.push_back({sheet.head.layer, sheet.head.pass, sheet.head.passes, piece.area, piece.centroid});
+// What is printed of one layer, its passes among it.
+struct TrimmedLayer {
+  std::vector<TrimmedSheet> sheets;
+  std::vector<RemovedPiece> removed;
+  TrimAreas areas;
+  Index pieces = 0, pieces_in_passes = 0;
+};
+
+// Divides a trimmed layer into what is laid at once and what in passes; drops the pieces below the smallest area.
+TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int layer_count, const std::vector<char>& reachable,
+                          const Solid& solid, TrimmedSheet middle, const TrimOptions& options, double max_height_mm) {
+  TrimmedLayer layer;
+  DividedSlab slab = divide_slab(domain, field, layer_count, reachable, solid, middle,
+                                 {options.edge_length_mm, max_height_mm, options.max_passes});
+  layer.areas.cut_away_mm2 = middle.cut_away_area;
+  std::vector<char> keep = slab.in_one_pass;
+  for (std::size_t p = 0; p < middle.pieces.size(); ++p) {
+    const Piece& piece = middle.pieces[p];
+    if (!keep[p]) {
+      layer.areas.in_passes_mm2 += piece.area;
+    } else if (piece.area < options.min_piece_area_mm2) {
+      keep[p] = 0;
+      layer.areas.removed_mm2 += piece.area;
+      layer.removed.push_back({middle.head.layer, 0, 1, piece.area, piece.centroid});
+    } else {
+      layer.areas.kept_mm2 += piece.area;
+      ++layer.pieces;
+    }
   }
-  if (any) keep_pieces(sheet, keep);
+  keep_pieces(middle, keep);
+  layer.sheets.push_back(std::move(middle));
+  for (TrimmedSheet& sheet : slab.passes) {
+    std::vector<char> present(sheet.pieces.size(), 0);
+    for (const Index p : sheet.triangle_piece) present[p] = 1;
+    for (std::size_t p = 0; p < present.size(); ++p) {
+      if (!present[p]) continue;
+      const Piece& piece = sheet.pieces[p];
+      if (piece.area < options.min_piece_area_mm2) {
+        present[p] = 0;
+        layer.removed.push_back({sheet.head.layer, sheet.head.pass, sheet.head.passes, piece.area, piece.centroid});
+      } else {
+        ++layer.pieces;
+        ++layer.pieces_in_passes;
+      }
+    }
+    keep_pieces(sheet, present);
+    layer.sheets.push_back(std::move(sheet));
+  }
+  return layer;
 }
 
 }  // namespace
@@ -245,32 +284,47 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
 
   TrimResult result;
   TrimReport& report = result.report;
-  std::vector<TrimmedSheet> trimmed(support_sheets.size());
-  std::vector<std::vector<RemovedPiece>> removed(support_sheets.size());
-  parallel_for(support_sheets.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+  const Heights model = heights(untrimmed, field, Material::model);
+  report.model_thickness_p50_mm = quantiles(model.samples).p50;
+  report.max_height_mm = options.max_height_mm > 0.0 ? options.max_height_mm : 1.2 * report.model_thickness_p50_mm;
+  // Without a limit and without a model to take it from, nothing is divided.
+  const bool divide = report.max_height_mm > 0.0;
+
+  std::vector<TrimmedLayer> layers(support_sheets.size());
+  std::atomic<std::size_t> done{0};
+  parallel_for(layers.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t s = begin; s < end; ++s) {
-      trimmed[s] = trim_sheet(untrimmed, *support_sheets[s], reachable, solid, options);
-      find_pieces(trimmed[s], field, untrimmed.count);
-      remove_small_pieces(trimmed[s], options.min_piece_area_mm2, removed[s]);
+      TrimmedSheet sheet = trim_sheet(untrimmed, *support_sheets[s], reachable, solid, options);
+      find_pieces(sheet, field, untrimmed.count);
+      layers[s] = divide_layer(domain, field, untrimmed.count, reachable, solid, std::move(sheet), options,
+                               divide ? report.max_height_mm : std::numeric_limits<double>::infinity());
+      run.progress(static_cast<double>(++done) / static_cast<double>(layers.size()));
     }
   });
-  for (std::size_t s = 0; s < trimmed.size(); ++s) {
-    report.areas.cut_away_mm2 += trimmed[s].cut_away_area;
-    for (std::size_t i = 0; i < trimmed[s].triangles.size(); ++i) report.areas.kept_mm2 += trimmed[s].area(i);
-    for (const RemovedPiece& piece : removed[s]) report.areas.removed_mm2 += piece.area_mm2;
-    report.removed.insert(report.removed.end(), removed[s].begin(), removed[s].end());
-    report.support_pieces += static_cast<Index>(trimmed[s].pieces.size() - removed[s].size());
-    report.support_layers += !trimmed[s].triangles.empty();
+  std::vector<TrimmedSheet> trimmed;
+  for (TrimmedLayer& layer : layers) {
+    report.areas.kept_mm2 += layer.areas.kept_mm2;
+    report.areas.in_passes_mm2 += layer.areas.in_passes_mm2;
+    report.areas.cut_away_mm2 += layer.areas.cut_away_mm2;
+    report.areas.removed_mm2 += layer.areas.removed_mm2;
+    report.removed.insert(report.removed.end(), layer.removed.begin(), layer.removed.end());
+    report.support_pieces += layer.pieces;
+    report.pieces_in_passes += layer.pieces_in_passes;
+    bool printed = false;
+    for (TrimmedSheet& sheet : layer.sheets) {
+      printed = printed || !sheet.triangles.empty();
+      if (!sheet.triangles.empty()) report.passes_max = std::max<Index>(report.passes_max, sheet.head.passes);
+      trimmed.push_back(std::move(sheet));
+    }
+    report.support_layers += printed;
   }
   report.areas.untrimmed_mm2 = support_area(untrimmed);
   result.stack = assemble(untrimmed, std::move(trimmed));
   report.triangles = static_cast<Index>(result.stack.triangles.size());
 
-  const Heights model = heights(untrimmed, field, Material::model);
   const Heights printed = heights(result.stack, field, Material::support);
   report.untrimmed_volume_mm3 = {model.volume, heights(untrimmed, field, Material::support).volume};
   report.printed_volume_mm3 = {model.volume, printed.volume};
-  report.model_thickness_p50_mm = quantiles(model.samples).p50;
   const Quantiles height = quantiles(printed.samples);
   report.support_height_min_mm = height.min;
   report.support_height_p50_mm = height.p50;
@@ -280,7 +334,12 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
   const TrimAreas& a = report.areas;
   const double lost = a.untrimmed_mm2 - (a.kept_mm2 + a.in_passes_mm2 + a.cut_away_mm2 + a.removed_mm2);
   report.checks.push_back(check_at_most("trim.area_conserved", std::abs(lost) / std::max(a.untrimmed_mm2, 1.0), 1e-9,
-                                        "untrimmed area less kept, cut away and removed, relative"));
+                                        "untrimmed area less kept, in passes, cut away and removed, relative"));
+  if (divide) {
+    report.checks.push_back(check_at_most("trim.support_height_p99", report.support_height_p99_mm,
+                                          1.25 * report.max_height_mm,
+                                          "99th percentile of the printed support's height by area, mm"));
+  }
   run.log(LogLevel::info, format("trim: %d layers of support, %d pieces, %zu small ones removed", report.support_layers,
                                  report.support_pieces, report.removed.size()));
   return result;

@@ -142,6 +142,72 @@ TEST(Trim, VolumeIsAreaTimesHeightCutAtThePlatform) {
   EXPECT_NEAR(result.report.printed_volume_mm3[1] / (std::numbers::pi * 9.0 * 16.0), 1.0, 0.003);
 }
 
+TEST(TrimPasses, AThickColumnIsLaidInEqualPasses) {
+  const Capsules solid({{{10, 10, -9}, {10, 10, 30}, 3.0}});
+  const Column column = planar_column(5.0, 2.0);
+  TrimOptions options;
+  options.max_height_mm = 0.7;
+  const TrimResult result = trim_layers(column.domain, column.field, column.layers, solid, options);
+  EXPECT_TRUE(all_ok(result.report.checks));
+  ASSERT_EQ(result.stack.sheets.size(), 24u);
+  for (int s = 0; s < 24; ++s) {
+    const Sheet& sheet = result.stack.sheets[s];
+    EXPECT_EQ(sheet.layer, s / 3);
+    EXPECT_EQ(sheet.pass, s % 3);
+    EXPECT_EQ(sheet.passes, 3);
+    const double z = (2 * s + 1) / 3.0;
+    EXPECT_NEAR(result.stack.vertices[result.stack.triangles[sheet.first_triangle][0]].z(), z, 1e-9);
+    EXPECT_NEAR(sheet_area(result.stack, sheet) / (std::numbers::pi * 9.0), 1.0, 0.005);
+  }
+  EXPECT_NEAR(result.report.support_height_p99_mm, 2.0 / 3.0, 1e-9);
+  EXPECT_NEAR(result.report.printed_volume_mm3[1] / (std::numbers::pi * 9.0 * 16.0), 1.0, 0.005);
+  EXPECT_EQ(result.report.areas.kept_mm2, 0.0);
+}
+
+TEST(TrimPasses, EachRegionHasItsOwnNumberAndJoinedRegionsTheLargest) {
+  // Thickness falls with x from 2 to 1 mm. Two columns stay apart; two others meet in the upper half of layer 3 only.
+  const Domain domain = shapes::brick_domain(Vec3(0, 0, 0), Vec3(20, 20, 16), {10, 10, 8}, [](const Vec3&) { return false; });
+  const ScalarField field = shapes::sampled_field(domain, [](const Vec3& p) { return p.z() * (1 + p.x() / 20) / 16; });
+  const LayerStack layers = slice_layers(domain, field, 8).stack;
+  const Capsules solid({{{4, 4, -9}, {4, 4, 30}, 1.0},
+                        {{16, 4, -9}, {16, 4, 30}, 1.0},
+                        {{4, 16, -9}, {4, 16, 30}, 1.0},
+                        {{16, 16, -9}, {16, 16, 30}, 1.0},
+                        {{4, 16, 8.4}, {16, 16, 5.6}, 0.5}});
+  TrimOptions options;
+  options.max_height_mm = 1.2;
+  const TrimResult result = trim_layers(domain, field, layers, solid, options);
+  EXPECT_TRUE(all_ok(result.report.checks));
+  // How often the print passes through a point's column in each slab, by the sheet that does.
+  const auto passes_at = [&](double x, double y, Index layer) {
+    std::map<int, int> sheets_of_m;
+    for (const Sheet& sheet : result.stack.sheets) {
+      if (sheet.layer != layer) continue;
+      for (Index i = sheet.first_triangle; i < sheet.first_triangle + sheet.triangle_count; ++i) {
+        Vec3 centre = Vec3::Zero();
+        for (const Index v : result.stack.triangles[i]) centre += result.stack.vertices[v] / 3.0;
+        if (std::hypot(centre.x() - x, centre.y() - y) > 0.5) continue;
+        ++sheets_of_m[sheet.passes * 100 + sheet.pass];
+        break;
+      }
+    }
+    std::vector<int> keys;
+    for (const auto& [key, count] : sheets_of_m) keys.push_back(key);
+    return keys;
+  };
+  const std::vector<int> once = {100}, twice = {200, 201};
+  for (Index k = 0; k < 7; ++k) {
+    EXPECT_EQ(passes_at(4, 4, k), twice) << "layer " << k;
+    EXPECT_EQ(passes_at(16, 4, k), once) << "layer " << k;
+    EXPECT_EQ(passes_at(4, 16, k), twice) << "layer " << k;
+  }
+  Index joined = 0;
+  for (Index k = 0; k < 7; ++k) joined += passes_at(16, 16, k) == twice;
+  EXPECT_GE(joined, 1);  // where the bridge runs along the layer, both columns are one region
+  EXPECT_LE(joined, 5);
+  for (Index k = 0; k < 7; ++k) EXPECT_TRUE(passes_at(16, 16, k) == once || passes_at(16, 16, k) == twice) << "layer " << k;
+}
+
 TEST(Trim, TheModelIsUntouchedAndSharesVerticesWithItsSupport) {
   const Domain domain = shapes::floating_block_domain();
   const ScalarField field = shapes::sampled_field(domain, [](const Vec3& p) { return (p - Vec3(10, 6, -40)).norm() / 20.0; });

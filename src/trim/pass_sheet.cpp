@@ -1,0 +1,153 @@
+#include "trim/pass_sheet.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "layers/cut_cases.h"
+
+namespace curvesup {
+
+namespace {
+
+constexpr int kMaxTetsFollowed = 200;
+
+// Distance along u from p to where the ray leaves the tet, and through which face; entry is not left through again.
+double distance_to_exit(const TetMesh& mesh, Index tet, const Vec3& p, const Vec3& u, int entry, int& exit) {
+  double nearest = std::numeric_limits<double>::infinity();
+  exit = -1;
+  for (int f = 0; f < 4; ++f) {
+    if (f == entry) continue;
+    const auto v = face_vertices(mesh.tets[tet], f);
+    const Vec3 &a = mesh.vertices[v[0]], &b = mesh.vertices[v[1]], &c = mesh.vertices[v[2]];
+    const Vec3 outward = (b - a).cross(c - a);
+    const double rate = outward.dot(u);
+    if (rate <= 0.0) continue;
+    const double distance = std::max(0.0, outward.dot(a - p) / rate);
+    if (distance < nearest) {
+      nearest = distance;
+      exit = f;
+    }
+  }
+  return nearest;
+}
+
+bool points_into(const TetMesh& mesh, Index tet, int face, const Vec3& u) {
+  const auto v = face_vertices(mesh.tets[tet], face);
+  const Vec3& a = mesh.vertices[v[0]];
+  return (mesh.vertices[v[1]] - a).cross(mesh.vertices[v[2]] - a).dot(u) < 0.0;
+}
+
+}  // namespace
+
+std::optional<ColumnPoint> follow_gradient(const Domain& domain, const ScalarField& field, Index tet, const Vec3& p,
+                                           double target) {
+  const TetMesh& mesh = domain.mesh;
+  const auto value_at = [&](Index t, const Vec3& q) {
+    const Index v = mesh.tets[t][0];
+    return field.value[v] + field.gradient[t].dot(q - mesh.vertices[v]);
+  };
+  const double sign = value_at(tet, p) < target ? 1.0 : -1.0;
+  ColumnPoint at{tet, p};
+  Vec3 direction = sign * print_direction(field, tet);
+  int entry = -1;
+  for (int i = 0; i < kMaxTetsFollowed; ++i) {
+    const double slope = field.gradient[at.tet].dot(direction);
+    if (slope * sign <= 0.0) return std::nullopt;
+    int exit = -1;
+    const double to_exit = distance_to_exit(mesh, at.tet, at.position, direction, entry, exit);
+    const double to_target = std::max(0.0, (target - value_at(at.tet, at.position)) / slope);
+    if (exit < 0 || to_target <= to_exit) {
+      at.position += to_target * direction;
+      return at;
+    }
+    at.position += to_exit * direction;
+    const Index next = domain.topology.neighbours[at.tet][exit];
+    if (next == kNone || domain.region(next) == Material::model) return std::nullopt;
+    const auto& back = domain.topology.neighbours[next];
+    entry = static_cast<int>(std::find(back.begin(), back.end(), at.tet) - back.begin());
+    at.tet = next;
+    // Where the gradients on both sides of a face point at each other, go straight on.
+    const Vec3 turned = sign * print_direction(field, next);
+    if (points_into(mesh, next, entry, turned)) direction = turned;
+  }
+  return std::nullopt;
+}
+
+void PassSheet::grow_from(Index tet) {
+  pending_.push_back(tet);
+  while (!pending_.empty()) {
+    const Index next = pending_.back();
+    pending_.pop_back();
+    if (visited_.at(next, next).is_new) visit(next);
+  }
+}
+
+Index PassSheet::crossing(Index tet, int edge) {
+  Index below = domain_.mesh.tets[tet][kTetEdge[edge][0]], above = domain_.mesh.tets[tet][kTetEdge[edge][1]];
+  const auto slot = crossings_.at(below, above);
+  if (slot.is_new) {
+    if (field_.value[below] >= level_.iso_value) std::swap(below, above);
+    slot.value = cutter_.add_vertex(crossing_point(domain_.mesh.vertices[below], field_.value[below],
+                                                   domain_.mesh.vertices[above], field_.value[above], level_.iso_value));
+  }
+  return slot.value;
+}
+
+void PassSheet::add_clipped(const std::array<Index, 4>& ring, int size, Index tet) {
+  const auto z = [&](Index v) { return cutter_.vertices()[v].z(); };
+  std::array<Index, 8> kept{};
+  int count = 0;
+  bool above = false;
+  for (int c = 0; c < size; ++c) {
+    const Index a = ring[c], b = ring[(c + 1) % size];
+    above = above || z(a) > 0.0;
+    if (z(a) >= 0.0) kept[count++] = a;
+    if ((z(a) > 0.0 && z(b) < 0.0) || (z(a) < 0.0 && z(b) > 0.0)) {
+      const auto slot = platform_cuts_.at(a, b);
+      if (slot.is_new) {
+        const Vec3 &low = cutter_.vertices()[std::min(a, b)], &high = cutter_.vertices()[std::max(a, b)];
+        slot.value = cutter_.add_vertex(platform_point(low, high));
+      }
+      kept[count++] = slot.value;
+    }
+  }
+  if (!above) return;
+  for (int c = 2; c < count; ++c) cutter_.add_triangle({kept[0], kept[c - 1], kept[c]}, tet);
+}
+
+void PassSheet::visit(Index tet) {
+  if (!reachable_[tet]) return;
+  const auto& v = domain_.mesh.tets[tet];
+  int mask = 0;
+  for (int c = 0; c < 4; ++c) mask |= (field_.value[v[c]] >= level_.iso_value) << c;
+  const CutCase& cut = kCutCases[mask];
+  if (cut.size == 0) return;
+  std::array<Index, 4> ring{};
+  for (int c = 0; c < cut.size; ++c) ring[c] = crossing(tet, cut.edge[c]);
+  add_clipped(ring, cut.size, tet);
+
+  for (int c = 0; c < cut.size; ++c) {
+    // Two consecutive edges of the ring share a face: the one opposite the vertex that neither of them has.
+    const auto &e = kTetEdge[cut.edge[c]], &f = kTetEdge[cut.edge[(c + 1) % cut.size]];
+    int face = 0;
+    while (face == e[0] || face == e[1] || face == f[0] || face == f[1]) ++face;
+    const Index next = domain_.topology.neighbours[tet][face];
+    if (next == kNone || domain_.region(next) == Material::model) continue;
+    const Index a = ring[c], b = ring[(c + 1) % cut.size];
+    if (cutter_.vertices()[a].z() < 0.0 && cutter_.vertices()[b].z() < 0.0) continue;
+    if (cutter_.may_be_inside(a, b)) pending_.push_back(next);
+  }
+}
+
+TrimmedSheet PassSheet::snapshot(int layer_count) const {
+  TrimmedSheet sheet;
+  sheet.head = {level_.layer, level_.pass, level_.passes, Material::support, level_.iso_value, 0, 0};
+  sheet.vertices = cutter_.vertices();
+  sheet.source.assign(sheet.vertices.size(), kNone);
+  sheet.triangles = cutter_.triangles();
+  sheet.triangle_tet = cutter_.triangle_tet();
+  find_pieces(sheet, field_, layer_count);
+  return sheet;
+}
+
+}  // namespace curvesup
