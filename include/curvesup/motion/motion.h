@@ -109,6 +109,7 @@ struct MotionReport {
   std::size_t stops = 0;      // inside chains
   std::size_t unreachable_waypoints = 0;
   std::size_t colliding_waypoints = 0;
+  std::size_t colliding_travels = 0;
   double min_singularity_metric = 0.0;
   double max_joint_speed_ratio = 0.0;  // of the joint speed limit
   double max_joint_step_rad = 0.0;

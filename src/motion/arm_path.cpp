@@ -1,0 +1,347 @@
+#include "motion/arm_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace curvesup {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kComfort = 0.35;      // singularity metric above which a posture costs nothing
+constexpr double kKeyTurn = 0.15;      // rad of axis turn between key waypoints
+constexpr double kMostKeyStep = 0.9;   // rad that a joint may turn between key waypoints
+constexpr double kForbidden = 1e300;
+constexpr int kBranches = 8;
+constexpr int kRefinements = 6;
+
+double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+double discomfort(double metric) {
+  const double lack = std::max(0.0, kComfort - metric);
+  return 40.0 * lack * lack;
+}
+
+// Key waypoints with every posture there, and the cheapest way to each.
+class PostureGraph {
+ public:
+  PostureGraph(const Cell& cell, std::span<const DraftPoint> drafts, const MotionOptions& options, const ArmState& before)
+      : cell_(cell), drafts_(drafts), before_(before), yaws_(yaw_values(options.yaw_samples)) {
+    std::sort(yaws_.begin(), yaws_.end());
+    states_ = static_cast<int>(yaws_.size()) * kBranches;
+  }
+
+  // Extends the cheapest ways over the keys from `first` on; ends before the first key that no way reaches.
+  // Returns how many keys were passed; `fault` says why it ended.
+  std::size_t sweep(const std::vector<std::size_t>& keys, std::size_t first, bool from_state, ArmFault* fault) {
+    cost_.clear();
+    parent_.clear();
+    first_ = first;
+    std::vector<Joints> joints(states_), previous(states_);
+    std::size_t passed = 0;
+    for (std::size_t k = first; k < keys.size(); ++k, ++passed) {
+      cost_.resize((passed + 1) * states_, kForbidden);
+      parent_.resize((passed + 1) * states_, -1);
+      const DraftPoint& draft = drafts_[keys[k]];
+      double length = 0.0;
+      for (std::size_t i = k > first ? keys[k - 1] + 1 : keys[k] + 1; i <= keys[k]; ++i) {
+        length += (drafts_[i].tip - drafts_[i - 1].tip).norm();
+      }
+      ArmFault least = ArmFault::reach;
+      bool any = false;
+      for (std::size_t y = 0; y < yaws_.size(); ++y) {
+        const IkSolutions solutions = inverse_kinematics(cell_.machine().arm, cell_.flange_frame(draft.tip, draft.axis, yaws_[y]));
+        for (int i = 0; i < solutions.count; ++i) {
+          double metric = 0.0;
+          const ArmFault found = cell_.arm_fault(solutions.joints[i], &metric);
+          if (found != ArmFault::none) {
+            if (least == ArmFault::reach) least = found;
+            continue;
+          }
+          const int state = static_cast<int>(y) * kBranches + solutions.branch[i];
+          joints[state] = solutions.joints[i];
+          const double own = discomfort(metric) * (0.5 + length) + 0.002 * yaws_[y] * yaws_[y];
+          const double way = passed == 0 ? start_cost(state, joints[state], from_state)
+                                         : arrive(passed, state, joints[state], previous, length);
+          if (way >= kForbidden) continue;
+          cost_[passed * states_ + state] = way + own;
+          any = true;
+        }
+      }
+      if (!any) {
+        if (fault) *fault = least;
+        break;
+      }
+      previous.swap(joints);
+    }
+    return passed;
+  }
+
+  // States of the cheapest way over the first `count` keys of the last sweep.
+  std::vector<int> trace(std::size_t count) const {
+    std::vector<int> states(count);
+    const auto last = cost_.begin() + static_cast<std::ptrdiff_t>((count - 1) * states_);
+    int state = static_cast<int>(std::min_element(last, last + states_) - last);
+    for (std::size_t k = count; k-- > 0;) {
+      states[k] = state;
+      state = parent_[k * states_ + state];
+    }
+    return states;
+  }
+
+  [[nodiscard]] double yaw(int state) const { return yaws_[state / kBranches]; }
+  [[nodiscard]] static int branch(int state) { return state % kBranches; }
+
+ private:
+  double start_cost(int state, const Joints& joints, bool from_state) const {
+    if (!from_state || !before_.known) return 0.0;
+    return 0.5 * std::abs(yaw(state) - before_.yaw) + 0.5 * largest_joint_step(before_.joints, joints);
+  }
+
+  double arrive(std::size_t key, int state, const Joints& joints, const std::vector<Joints>& previous, double length) {
+    const int y = state / kBranches, b = branch(state);
+    const double rate = cell_.machine().tolerances.max_yaw_rate_deg_mm * kPi / 180.0;
+    const double spacing = yaws_.size() > 1 ? yaws_[1] - yaws_[0] : 1.0;
+    const int most = std::min(3, static_cast<int>(rate * length / spacing));
+    double best = kForbidden;
+    for (int d = -most; d <= most; ++d) {
+      if (y + d < 0 || y + d >= static_cast<int>(yaws_.size())) continue;
+      const int from = (y + d) * kBranches + b;
+      const double so_far = cost_[(key - 1) * states_ + from];
+      if (so_far >= kForbidden) continue;
+      const double step = largest_joint_step(previous[from], joints);
+      if (step > kMostKeyStep) continue;
+      const double turn = d * spacing;
+      const double way = so_far + 2.0 * turn * turn / std::max(length, 0.5) + 0.2 * step;
+      if (way < best) {
+        best = way;
+        parent_[key * states_ + state] = from;
+      }
+    }
+    return best;
+  }
+
+  const Cell& cell_;
+  std::span<const DraftPoint> drafts_;
+  const ArmState& before_;
+  std::vector<double> yaws_;
+  int states_ = 0;
+  std::size_t first_ = 0;
+  std::vector<double> cost_;
+  std::vector<int> parent_;
+};
+
+// Postures of all waypoints of [begin, end] for yaws given at keys; false at the first waypoint that has none.
+bool fill_section(const Cell& cell, std::span<const DraftPoint> drafts, std::size_t begin, std::size_t end,
+                  const std::vector<double>& yaws, int branch, ArmSection& section, std::size_t& failed) {
+  section.branch = branch;
+  section.points.clear();
+  for (std::size_t i = begin; i <= end; ++i) {
+    ArmPoint point{drafts[i], yaws[i - begin], {}};
+    if (cell.solve(point.draft.tip, point.draft.axis, point.yaw, branch, point.joints) != ArmFault::none) {
+      failed = i;
+      return false;
+    }
+    if (!section.points.empty() && largest_joint_step(section.points.back().joints, point.joints) > kMostKeyStep) {
+      failed = i;
+      return false;
+    }
+    section.points.push_back(point);
+  }
+  return true;
+}
+
+// The whole path with the posture that the arm has already, when that is comfortable all along.
+std::optional<ArmSection> keep_posture(const Cell& cell, std::span<const DraftPoint> drafts, const ArmState& before) {
+  if (!before.known) return std::nullopt;
+  ArmSection section;
+  section.branch = before.branch;
+  section.points.reserve(drafts.size());
+  for (const DraftPoint& draft : drafts) {
+    ArmPoint point{draft, before.yaw, {}};
+    double metric = 0.0;
+    if (cell.solve(draft.tip, draft.axis, point.yaw, before.branch, point.joints, &metric) != ArmFault::none) return std::nullopt;
+    if (metric < kComfort) return std::nullopt;
+    if (!section.points.empty() && largest_joint_step(section.points.back().joints, point.joints) > 0.5 * kMostKeyStep) {
+      return std::nullopt;
+    }
+    section.points.push_back(point);
+  }
+  return section;
+}
+
+std::vector<std::size_t> key_waypoints(std::span<const DraftPoint> drafts, double spacing) {
+  std::vector<std::size_t> keys = {0};
+  double length = 0.0, turn = 0.0;
+  for (std::size_t i = 1; i < drafts.size(); ++i) {
+    length += (drafts[i].tip - drafts[i - 1].tip).norm();
+    turn += angle_between(drafts[i].axis, drafts[i - 1].axis);
+    if (length < spacing && turn < kKeyTurn && i + 1 < drafts.size()) continue;
+    keys.push_back(i);
+    length = turn = 0.0;
+  }
+  return keys;
+}
+
+// Yaw of every waypoint, linear in path length between the keys `states` belong to.
+std::vector<double> interpolate_yaws(std::span<const DraftPoint> drafts, const std::vector<std::size_t>& keys,
+                                     std::size_t first, const std::vector<double>& key_yaws) {
+  std::vector<double> yaws = {key_yaws[0]};
+  for (std::size_t k = 1; k < key_yaws.size(); ++k) {
+    const std::size_t from = keys[first + k - 1], to = keys[first + k];
+    double length = 0.0, passed = 0.0;
+    for (std::size_t i = from + 1; i <= to; ++i) length += (drafts[i].tip - drafts[i - 1].tip).norm();
+    for (std::size_t i = from + 1; i <= to; ++i) {
+      passed += (drafts[i].tip - drafts[i - 1].tip).norm();
+      const double t = length > 0.0 ? passed / length : 1.0;
+      yaws.push_back((1.0 - t) * key_yaws[k - 1] + t * key_yaws[k]);
+    }
+  }
+  return yaws;
+}
+
+// Splits segments in which a joint would turn too far. The new waypoints lie on the segment.
+void insert_waypoints(const Cell& cell, ArmSection& section) {
+  const double most = cell.machine().arm.max_joint_step_rad;
+  std::vector<ArmPoint> result;
+  result.reserve(section.points.size());
+  for (const ArmPoint& point : section.points) {
+    if (!result.empty()) {
+      const ArmPoint from = result.back();
+      const double length = (point.draft.tip - from.draft.tip).norm();
+      const int wanted = static_cast<int>(std::ceil(largest_joint_step(from.joints, point.joints) / (0.9 * most)));
+      const int pieces = std::min(wanted, static_cast<int>(length / cell.machine().tolerances.min_segment_mm));
+      for (int p = 1; p < pieces; ++p) {
+        const double t = static_cast<double>(p) / pieces;
+        ArmPoint between;
+        between.draft.tip = (1.0 - t) * from.draft.tip + t * point.draft.tip;
+        between.draft.axis = ((1.0 - t) * from.draft.axis + t * point.draft.axis).normalized();
+        between.draft.normal = ((1.0 - t) * from.draft.normal + t * point.draft.normal).normalized();
+        between.draft.volume_mm3 = point.draft.volume_mm3 / pieces;
+        between.draft.duration_s = point.draft.duration_s / pieces;
+        between.yaw = (1.0 - t) * from.yaw + t * point.yaw;
+        if (cell.solve(between.draft.tip, between.draft.axis, between.yaw, section.branch, between.joints) != ArmFault::none) {
+          break;
+        }
+        result.push_back(between);
+      }
+      ArmPoint last = point;
+      const Index inserted = static_cast<Index>(std::max(1, pieces));
+      last.draft.volume_mm3 = point.draft.volume_mm3 / inserted;
+      last.draft.duration_s = point.draft.duration_s / inserted;
+      result.push_back(last);
+    } else {
+      result.push_back(point);
+    }
+  }
+  section.points = std::move(result);
+}
+
+// Makes the joints of a section continuous and shifts each by whole turns into its limits, near `before`. Returns the
+// first waypoint from which on no shift serves, or the number of waypoints.
+std::size_t unwrap_section(const Cell& cell, ArmSection& section, const ArmState& before) {
+  constexpr double kTurn = 2.0 * kPi;
+  for (std::size_t i = 1; i < section.points.size(); ++i) {
+    section.points[i].joints = unwrapped_near(section.points[i].joints, section.points[i - 1].joints);
+  }
+  Joints shift{};
+  for (int j = 0; j < 6; ++j) {
+    double low = 1e300, high = -1e300;
+    for (const ArmPoint& point : section.points) {
+      low = std::min(low, point.joints[j]);
+      high = std::max(high, point.joints[j]);
+    }
+    double best = 1e300;
+    for (int turns = -3; turns <= 3; ++turns) {
+      if (low + turns * kTurn < cell.limit_low(j) || high + turns * kTurn > cell.limit_high(j)) continue;
+      const double start = section.points[0].joints[j] + turns * kTurn;
+      const double distance = std::abs(start - (before.known ? before.joints[j] : 0.0));
+      if (distance < best) best = distance, shift[j] = turns * kTurn;
+    }
+    if (best < 1e300) continue;
+    for (std::size_t i = 1; i < section.points.size(); ++i) {
+      low = std::min(i == 1 ? section.points[0].joints[j] : low, section.points[i].joints[j]);
+      high = std::max(i == 1 ? section.points[0].joints[j] : high, section.points[i].joints[j]);
+      if (high - low > cell.limit_high(j) - cell.limit_low(j) - kTurn) return std::max<std::size_t>(1, i - 1);
+    }
+  }
+  for (ArmPoint& point : section.points) {
+    for (int j = 0; j < 6; ++j) point.joints[j] += shift[j];
+  }
+  return section.points.size();
+}
+
+// Appends a section, cut where joints would run out of their range or programs would grow too long.
+void append_section(const Cell& cell, ArmSection section, ArmState& state, std::vector<ArmSection>& sections) {
+  insert_waypoints(cell, section);
+  const std::size_t most = static_cast<std::size_t>(std::max(20, cell.machine().program.max_moves_per_part * 3 / 4));
+  while (!section.points.empty()) {
+    ArmSection head = section;
+    if (head.points.size() > most) head.points.resize(most);
+    for (std::size_t fits; (fits = unwrap_section(cell, head, state)) < head.points.size();) head.points.resize(fits + 1);
+    if (head.points.size() < 2 && section.points.size() > 1) head.points.resize(2, section.points[1]);
+    const std::size_t used = head.points.size();
+    const ArmPoint& last = head.points.back();
+    state = {true, last.yaw, head.branch, last.joints};
+    sections.push_back(std::move(head));
+    if (used >= section.points.size()) break;
+    section.points.erase(section.points.begin(), section.points.begin() + static_cast<std::ptrdiff_t>(used - 1));
+    section.points[0].draft.volume_mm3 = section.points[0].draft.duration_s = 0.0;
+  }
+}
+
+}  // namespace
+
+ArmPath plan_arm_path(const Cell& cell, std::span<const DraftPoint> drafts, const MotionOptions& options,
+                      const ArmState& before) {
+  ArmPath path;
+  ArmState state = before;
+  if (auto kept = keep_posture(cell, drafts, before)) {
+    append_section(cell, std::move(*kept), state, path.sections);
+    return path;
+  }
+  std::vector<std::size_t> keys = key_waypoints(drafts, options.key_spacing_mm);
+  std::size_t first = 0;
+  int refined = 0;
+  while (first + 1 < keys.size() || (first == 0 && keys.size() == 1)) {
+    PostureGraph graph(cell, drafts, options, state);
+    ArmFault fault = ArmFault::none;
+    const std::size_t passed = graph.sweep(keys, first, true, &fault);
+    const bool whole = first + passed == keys.size();
+    if (passed == 0 || (passed == 1 && !whole)) {
+      const std::size_t stuck = first + passed;
+      // A finer division may get past a fast turn; a pose without posture stays one.
+      if (passed == 1 && keys[stuck] > keys[first] + 1 && refined++ < kRefinements) {
+        keys.insert(keys.begin() + static_cast<std::ptrdiff_t>(stuck), (keys[first] + keys[stuck]) / 2);
+        continue;
+      }
+      path.unreachable = drafts[keys[stuck]].point;
+      path.fault = fault;
+      return path;
+    }
+    const std::vector<int> states = graph.trace(passed);
+    std::vector<double> key_yaws;
+    for (const int s : states) key_yaws.push_back(graph.yaw(s));
+    ArmSection section;
+    std::size_t failed = 0;
+    const std::size_t begin = keys[first], end = keys[first + passed - 1];
+    if (!fill_section(cell, drafts, begin, end, interpolate_yaws(drafts, keys, first, key_yaws),
+                      PostureGraph::branch(states[0]), section, failed)) {
+      const auto at = std::lower_bound(keys.begin(), keys.end(), failed);
+      if ((at != keys.end() && *at == failed) || refined++ >= 200) {
+        path.unreachable = drafts[failed].point;
+        path.fault = ArmFault::singular;
+        return path;
+      }
+      keys.insert(at, failed);
+      continue;
+    }
+    if (first > 0) section.points[0].draft.volume_mm3 = section.points[0].draft.duration_s = 0.0;
+    append_section(cell, std::move(section), state, path.sections);
+    first += passed - 1;
+  }
+  return path;
+}
+
+}  // namespace curvesup

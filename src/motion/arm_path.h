@@ -1,0 +1,46 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "motion/cell.h"
+#include "motion/nozzle_axis.h"
+#include "motion/waypoints.h"
+
+namespace curvesup {
+
+// A waypoint with the arm's posture.
+struct ArmPoint {
+  DraftPoint draft;
+  double yaw = 0.0;
+  Joints joints{};  // continuous along a section, within limits
+};
+
+// A run of waypoints in one branch of the arm.
+struct ArmSection {
+  int branch = 0;
+  std::vector<ArmPoint> points;
+};
+
+struct ArmPath {
+  std::vector<ArmSection> sections;  // each starts where the one before ended
+  Index unreachable = kNone;         // toolpath point of the first waypoint without any posture
+  ArmFault fault = ArmFault::none;
+};
+
+// Where the arm stands before a path: what a path prefers to go on with.
+struct ArmState {
+  bool known = false;
+  double yaw = 0.0;
+  int branch = 0;
+  Joints joints{};
+};
+
+// Chooses turn of the head and branch along one path, by dynamic programming over yaw samples and the closed form's
+// solutions at key waypoints: within limits, away from singularities, no branch change, little turning, as the arm stands
+// before where that serves. Where no posture goes on, a new section begins. Long steps get waypoints in between, so that no
+// joint turns more than max_joint_step in one segment.
+[[nodiscard]] ArmPath plan_arm_path(const Cell& cell, std::span<const DraftPoint> drafts, const MotionOptions& options,
+                                    const ArmState& before);
+
+}  // namespace curvesup

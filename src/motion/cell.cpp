@@ -1,0 +1,106 @@
+#include "motion/cell.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace curvesup {
+namespace {
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kTipHeight = 1.0;  // the first millimetre of the nozzle may dip below a platform it prints on
+
+}  // namespace
+
+Joints radians(const Joints& degrees) {
+  Joints result;
+  for (int i = 0; i < 6; ++i) result[i] = degrees[i] * std::numbers::pi / 180.0;
+  return result;
+}
+
+const char* describe(ArmFault fault) {
+  switch (fault) {
+    case ArmFault::none: return "reachable";
+    case ArmFault::reach: return "out of the arm's reach at every turn of the head";
+    case ArmFault::limit: return "beyond a joint limit at every turn of the head";
+    case ArmFault::singular: return "too near a singularity at every turn of the head";
+    case ArmFault::table: return "a link would touch the table at every turn of the head";
+  }
+  return "";
+}
+
+Cell::Cell(const Machine& machine)
+    : machine_(machine),
+      head_(machine.tool),
+      platform_(to_frame(machine.platform.pose)),
+      platform_inverse_(platform_.inverse(Eigen::Isometry)),
+      tcp_(to_frame(machine.tool.tcp)),
+      tcp_inverse_(tcp_.inverse(Eigen::Isometry)) {
+  const double degree = std::numbers::pi / 180.0;
+  for (int i = 0; i < 6; ++i) {
+    low_[i] = (machine.arm.joint_min_deg[i] + machine.arm.joint_margin_deg) * degree;
+    high_[i] = (machine.arm.joint_max_deg[i] - machine.arm.joint_margin_deg) * degree;
+    speed_[i] = machine.arm.max_joint_speed_deg_s[i] * machine.arm.joint_speed_fraction * degree;
+  }
+}
+
+Frame Cell::tcp_frame(const Vec3& tip_mm, const Vec3& axis, double yaw) const {
+  Frame in_platform = Frame::Identity();
+  const double c = std::cos(yaw), s = std::sin(yaw);
+  const Mat3 least = least_rotation_to(axis);
+  in_platform.linear().col(0) = c * least.col(0) + s * least.col(1);
+  in_platform.linear().col(1) = c * least.col(1) - s * least.col(0);
+  in_platform.linear().col(2) = least.col(2);
+  in_platform.translation() = 1e-3 * tip_mm;
+  return platform_ * in_platform;
+}
+
+Frame Cell::flange_frame(const Vec3& tip_mm, const Vec3& axis, double yaw) const {
+  return tcp_frame(tip_mm, axis, yaw) * tcp_inverse_;
+}
+
+void Cell::tip_of(const Joints& joints, Vec3& tip_mm, Vec3& axis) const {
+  const Frame tcp = platform_inverse_ * forward_kinematics(machine_.arm, joints) * tcp_;
+  tip_mm = 1e3 * tcp.translation();
+  axis = tcp.linear().col(2);
+}
+
+ArmFault Cell::arm_fault(const Joints& joints, double* metric) const {
+  for (int i = 0; i < 6; ++i) {
+    const double up = joints[i] + kTurn * std::ceil((low_[i] - joints[i]) / kTurn);
+    if (up > high_[i]) return ArmFault::limit;
+  }
+  const std::array<Frame, 6> frames = link_frames(machine_.arm, joints);
+  const double d4 = std::abs(machine_.arm.dh[3].d_m);
+  const Vec3 wrist = frames[4].translation();
+  const double value = std::min({std::abs(std::sin(joints[4])), std::abs(std::sin(joints[2])),
+                                 (std::hypot(wrist.x(), wrist.y()) - d4) / d4});
+  if (metric) *metric = value;
+  if (value < machine_.arm.min_singularity_metric) return ArmFault::singular;
+  const auto height = [&](int frame) { return 1e3 * (platform_inverse_ * frames[frame].translation()).z(); };
+  const double table = machine_.platform.table_clearance_mm;
+  const ArmBody& body = machine_.arm.body;
+  if (std::min(height(1), height(2)) < table + body.forearm_radius_mm) return ArmFault::table;
+  if (std::min({height(3), height(4), height(5)}) < table + body.wrist_radius_mm) return ArmFault::table;
+  return ArmFault::none;
+}
+
+ArmFault Cell::solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Joints& joints, double* metric) const {
+  if (!inverse_kinematics(machine_.arm, flange_frame(tip_mm, axis, yaw), branch, joints)) return ArmFault::reach;
+  return arm_fault(joints, metric);
+}
+
+std::array<Cell::Capsule, 4> Cell::links(const Joints& joints) const {
+  const std::array<Frame, 6> frames = link_frames(machine_.arm, joints);
+  const auto at = [&](int frame) { return Vec3(1e3 * (platform_inverse_ * frames[frame].translation())); };
+  const ArmBody& body = machine_.arm.body;
+  return {{{at(1), at(2), body.forearm_radius_mm, "forearm"},
+           {at(2), at(3), body.wrist_radius_mm, "first wrist"},
+           {at(3), at(4), body.wrist_radius_mm, "second wrist"},
+           {at(4), at(5), body.wrist_radius_mm, "third wrist"}}};
+}
+
+bool Cell::head_above_table(const Vec3& tip_mm, const Vec3& axis) const {
+  return head_.lowest_z(tip_mm, axis, kTipHeight) >= machine_.platform.table_clearance_mm;
+}
+
+}  // namespace curvesup

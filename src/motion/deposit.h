@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "curvesup/core/run_context.h"
+#include "curvesup/toolpath/toolpaths.h"
+#include "motion/head_shape.h"
+
+namespace curvesup {
+
+// What a body touches: the toolpath point whose bead it is, and by how much the wanted distance is missed.
+struct Contact {
+  Index point = kNone;
+  Vec3 position = Vec3::Zero();
+  double depth_mm = 0.0;
+};
+
+// Everything that the toolpaths will lay, as samples of the beads' upper faces, each with the toolpath point that lays it.
+// A query names how much of it is printed already: "before point p" is what lies there when point p is reached. One
+// hierarchy serves all moments, since every node knows the earliest point below it.
+class Deposit {
+ public:
+  Deposit() = default;
+  // Samples every bead at least every `spacing_mm` along its path. Tips must be those of the points.
+  Deposit(const Toolpaths& toolpaths, const std::vector<Vec3>& tips, double spacing_mm);
+
+  // First contact found with the head at `tip`, `axis`, or none. What lies no higher than `free_height` above the tip plane
+  // is the nozzle's own business and never counts.
+  [[nodiscard]] bool touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
+                                  double clearance, Index before, Contact* contact = nullptr) const;
+  // The same for a capsule from a to b.
+  [[nodiscard]] bool touches_capsule(const Vec3& a, const Vec3& b, double radius, double clearance, Index before,
+                                     Contact* contact = nullptr) const;
+  // Highest z laid before a point; 0 when nothing is.
+  [[nodiscard]] double top_before(Index before) const;
+  [[nodiscard]] std::size_t size() const { return samples_.size(); }
+
+ private:
+  struct Sample {
+    Vec3 position;
+    Index point;
+  };
+  struct Node {
+    Vec3 centre = Vec3::Zero();
+    double radius = 0.0;
+    Index earliest = std::numeric_limits<Index>::max();
+  };
+  static constexpr std::size_t kLeafSize = 8;
+
+  void build();
+  template <class Distance, class Accept>
+  bool search(Index before, double clearance, const Distance& distance, const Accept& accept, Contact* contact) const;
+
+  std::vector<Sample> samples_;  // in Morton order
+  std::vector<Node> nodes_;      // complete binary tree, root at 1; leaves hold kLeafSize samples each
+  std::size_t leaves_ = 0;       // a power of two
+  std::vector<double> top_;      // per path: highest z of this and all earlier paths
+  std::vector<Index> path_end_;  // per path: first point after it
+};
+
+}  // namespace curvesup

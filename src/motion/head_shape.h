@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+
+#include "curvesup/motion/machine.h"
+
+namespace curvesup {
+
+// Nozzle and head as a solid of revolution about the nozzle axis: a cone with a flat tip, then a cylinder. Millimetres.
+// A point is given by its height above the tip plane along the axis and its distance from the axis.
+class HeadShape {
+ public:
+  explicit HeadShape(const Tool& tool);
+
+  // Exact signed distance, negative inside.
+  [[nodiscard]] double distance(double height, double radius) const;
+  // Of a point from the head whose tip and unit axis are given.
+  [[nodiscard]] double distance(const Vec3& point, const Vec3& tip, const Vec3& axis) const;
+  // Lowest z of the part of the head above `from_height`, for a tip and unit axis.
+  [[nodiscard]] double lowest_z(const Vec3& tip, const Vec3& axis, double from_height) const;
+  [[nodiscard]] double length() const { return length_; }
+
+ private:
+  struct Corner {
+    double height, radius;
+  };
+  [[nodiscard]] bool inside(double height, double radius) const;
+
+  std::array<Corner, 6> profile_;  // from the axis at the tip, around the outside, to the axis at the far end
+  double tip_radius_, slope_, cone_length_, head_radius_, length_;
+};
+
+}  // namespace curvesup

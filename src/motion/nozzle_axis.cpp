@@ -1,0 +1,278 @@
+#include "motion/nozzle_axis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace curvesup {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kKeySpacing = 2.0;      // mm between points at which tilt is chosen
+constexpr double kKeyTurn = 0.12;        // rad of axis turn between them
+constexpr int kSmoothingPasses = 40;
+constexpr int kAzimuths = 8;
+constexpr double kLevelStep = 7.5 * kPi / 180.0;
+constexpr int kWindow = 4;               // keys around a fault that may tilt, times the number of levels over 4
+constexpr double kFaultCost = 1e6;
+
+double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+// `axis` pulled towards `centre` until it is within `limit` of it.
+Vec3 within(const Vec3& axis, const Vec3& centre, double limit) {
+  const double angle = angle_between(axis, centre);
+  if (angle <= limit) return axis;
+  const Vec3 across = (axis - axis.dot(centre) * centre).normalized();
+  return (std::cos(limit) * centre + std::sin(limit) * across).normalized();
+}
+
+// The height above the tip plane up to which material is the nozzle's own business: one bead.
+double free_height(const PathPoint& point) { return std::max(0.3, 2.0 * point.tip_offset_mm); }
+
+std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const Vec3> axes) {
+  std::vector<std::size_t> keys = {0};
+  double length = 0.0, turn = 0.0;
+  for (std::size_t i = 1; i < tips.size(); ++i) {
+    length += (tips[i] - tips[i - 1]).norm();
+    turn += angle_between(axes[i], axes[i - 1]);
+    if (length < kKeySpacing && turn < kKeyTurn && i + 1 < tips.size()) continue;
+    keys.push_back(i);
+    length = turn = 0.0;
+  }
+  return keys;
+}
+
+// Chooses tilts at the key points of one path.
+class TiltPlanner {
+ public:
+  TiltPlanner(const Cell& cell, const Deposit& deposit, Index first_point, std::span<const PathPoint> points,
+              std::span<const Vec3> tips, const MotionOptions& options, std::span<Vec3> axes)
+      : cell_(cell), deposit_(deposit), first_point_(first_point), points_(points), tips_(tips), options_(options), axes_(axes) {
+    keys_ = key_points(tips, axes);
+    const double most = cell.machine().tolerances.max_tilt_deviation.radians();
+    levels_ = static_cast<int>(std::ceil(most / kLevelStep));
+    states_ = 1 + levels_ * kAzimuths;
+  }
+
+  std::vector<AxisFault> run() {
+    std::vector<char> free(keys_.size(), 1);
+    bool any = false;
+    for (std::size_t k = 0; k < keys_.size(); ++k) {
+      free[k] = allowed(k, axes_[keys_[k]], nullptr);
+      any = any || !free[k];
+    }
+    if (!any) return {};
+    if (levels_ > 0) {
+      for (const auto& [begin, end] : windows(free)) plan_window(begin, end);
+      apply_offsets();
+    }
+    return remaining_faults(free);
+  }
+
+ private:
+  struct Window {
+    std::size_t begin, end;  // keys
+  };
+
+  bool allowed(std::size_t key, const Vec3& axis, AxisFault* fault) {
+    const std::size_t i = keys_[key];
+    const Index before = first_point_ + static_cast<Index>(i);
+    const Tolerances& tolerances = cell_.machine().tolerances;
+    if (fault) fault->point = before;
+    if (options_.avoid_collisions) {
+      if (!cell_.head_above_table(tips_[i], axis)) return false;
+      if (deposit_.touches_head(cell_.head(), tips_[i], axis, free_height(points_[i]), tolerances.clearance_mm, before,
+                                fault ? &fault->contact : nullptr)) {
+        return false;
+      }
+    }
+    if (reachable(cell_, tips_[i], axis, options_.yaw_samples, hint_, fault ? &fault->arm : nullptr)) return true;
+    if (fault) fault->reach = true;
+    return false;
+  }
+
+  // Runs of keys around those that are not free as they stand.
+  std::vector<Window> windows(const std::vector<char>& free) const {
+    const std::size_t reach = static_cast<std::size_t>(kWindow * std::max(1, levels_ / 4));
+    std::vector<Window> result;
+    for (std::size_t k = 0; k < free.size(); ++k) {
+      if (free[k]) continue;
+      const std::size_t begin = k > reach ? k - reach : 0, end = std::min(free.size(), k + reach + 1);
+      if (!result.empty() && begin <= result.back().end) {
+        result.back().end = end;
+      } else {
+        result.push_back({begin, end});
+      }
+    }
+    return result;
+  }
+
+  Vec3 candidate(std::size_t key, int state) const {
+    const Vec3& axis = axes_[keys_[key]];
+    if (state == 0) return axis;
+    const double most = cell_.machine().tolerances.max_tilt_deviation.radians();
+    const double tilt = most * ((state - 1) / kAzimuths + 1) / levels_;
+    const double azimuth = 2.0 * kPi * ((state - 1) % kAzimuths) / kAzimuths;
+    const Mat3 frame = least_rotation_to(axis);
+    // Azimuth 0 tilts the axis towards vertical.
+    Vec3 up = Vec3::UnitZ() - axis.z() * axis;
+    up = up.norm() > 1e-6 ? Vec3(up.normalized()) : Vec3(frame.col(0));
+    const Vec3 side = axis.cross(up);
+    const Vec3 tilted = std::cos(tilt) * axis + std::sin(tilt) * (std::cos(azimuth) * up + std::sin(azimuth) * side);
+    return within(tilted.normalized(), points_[keys_[key]].normal, most);
+  }
+
+  double spacing(std::size_t key) const {
+    double length = 0.0;
+    for (std::size_t i = keys_[key - 1] + 1; i <= keys_[key]; ++i) length += (tips_[i] - tips_[i - 1]).norm();
+    return length;
+  }
+
+  void plan_window(std::size_t begin, std::size_t end) {
+    const std::size_t count = end - begin;
+    std::vector<Vec3> axis(count * states_);
+    std::vector<double> cost(count * states_);
+    std::vector<int> parent(count * states_, 0);
+    const double rate = cell_.machine().tolerances.max_tilt_rate_deg_mm * kPi / 180.0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const double length = begin + k > 0 ? std::max(0.1, spacing(begin + k)) : kKeySpacing;
+      for (int s = 0; s < states_; ++s) {
+        const std::size_t slot = k * states_ + s;
+        axis[slot] = candidate(begin + k, s);
+        const double deviation = angle_between(axis[slot], points_[keys_[begin + k]].normal);
+        double own = deviation * deviation * length;
+        if (!allowed(begin + k, axis[slot], nullptr)) own += kFaultCost;
+        double best = k == 0 ? 0.0 : 1e300;
+        for (int from = 0; k > 0 && from < states_; ++from) {
+          const std::size_t before = slot - s - states_ + from;
+          const double turn = angle_between(axis[before], axis[slot]);
+          const double natural = angle_between(axes_[keys_[begin + k - 1]], axes_[keys_[begin + k]]);
+          const double excess = std::max(0.0, turn - std::max(natural, rate * length));
+          const double step = cost[before] + 0.5 * turn * turn / length + 100.0 * excess;
+          if (step < best) {
+            best = step;
+            parent[slot] = from;
+          }
+        }
+        cost[slot] = best + own;
+      }
+    }
+    int state = static_cast<int>(std::min_element(cost.end() - states_, cost.end()) - (cost.end() - states_));
+    offsets_.resize(keys_.size(), Vec3::Zero());
+    for (std::size_t k = count; k-- > 0;) {
+      offsets_[begin + k] = axis[k * states_ + state] - axes_[keys_[begin + k]];
+      state = parent[k * states_ + state];
+    }
+  }
+
+  // Offsets of the key axes, linear in arc length between keys.
+  void apply_offsets() {
+    if (offsets_.empty()) return;
+    const double most = cell_.machine().tolerances.max_tilt_deviation.radians();
+    for (std::size_t k = 0; k < keys_.size(); ++k) {
+      const std::size_t from = k == 0 ? 0 : keys_[k - 1], to = keys_[k];
+      const double length = k == 0 ? 0.0 : spacing(k);
+      double passed = 0.0;
+      for (std::size_t i = from + (k > 0); i <= to; ++i) {
+        if (i > from) passed += (tips_[i] - tips_[i - 1]).norm();
+        const double t = length > 0.0 ? passed / length : 1.0;
+        const Vec3 offset = k == 0 ? offsets_[0] : Vec3((1.0 - t) * offsets_[k - 1] + t * offsets_[k]);
+        if (offset.squaredNorm() > 0.0) axes_[i] = within((axes_[i] + offset).normalized(), points_[i].normal, most);
+      }
+    }
+  }
+
+  std::vector<AxisFault> remaining_faults(const std::vector<char>& was_free) {
+    std::vector<AxisFault> faults;
+    const std::size_t reach = static_cast<std::size_t>(kWindow * std::max(1, levels_ / 4));
+    std::vector<char> near(was_free.size(), 0);
+    for (std::size_t k = 0; k < was_free.size(); ++k) {
+      if (was_free[k]) continue;
+      for (std::size_t j = k > reach ? k - reach : 0; j < std::min(was_free.size(), k + reach + 1); ++j) near[j] = 1;
+    }
+    for (std::size_t k = 0; k < keys_.size(); ++k) {
+      AxisFault fault;
+      if (near[k] && !allowed(k, axes_[keys_[k]], &fault)) faults.push_back(fault);
+    }
+    return faults;
+  }
+
+  const Cell& cell_;
+  const Deposit& deposit_;
+  Index first_point_;
+  std::span<const PathPoint> points_;
+  std::span<const Vec3> tips_;
+  const MotionOptions& options_;
+  std::span<Vec3> axes_;
+  std::vector<std::size_t> keys_;
+  std::vector<Vec3> offsets_;
+  int levels_ = 0, states_ = 1;
+  ReachHint hint_;
+};
+
+}  // namespace
+
+std::vector<double> yaw_values(int samples) {
+  const int side = std::max(0, (samples - 1) / 2);
+  const double step = 2.0 * kPi / std::max(1, samples);
+  std::vector<double> values = {0.0};
+  for (int i = 1; i <= side; ++i) {
+    values.push_back(i * step);
+    values.push_back(-i * step);
+  }
+  return values;
+}
+
+bool reachable(const Cell& cell, const Vec3& tip, const Vec3& axis, int yaw_samples, ReachHint& hint, ArmFault* fault) {
+  Joints joints;
+  if (cell.solve(tip, axis, hint.yaw, hint.branch, joints) == ArmFault::none) return true;
+  ArmFault least = ArmFault::reach;
+  for (const double yaw : yaw_values(yaw_samples)) {
+    const IkSolutions solutions = inverse_kinematics(cell.machine().arm, cell.flange_frame(tip, axis, yaw));
+    for (int i = 0; i < solutions.count; ++i) {
+      const ArmFault found = cell.arm_fault(solutions.joints[i]);
+      if (found == ArmFault::none) {
+        hint = {yaw, solutions.branch[i]};
+        return true;
+      }
+      if (least == ArmFault::reach) least = found;
+    }
+  }
+  if (fault) *fault = least;
+  return false;
+}
+
+void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, const Tolerances& tolerances,
+                 std::span<Vec3> axes) {
+  const double rate = tolerances.max_tilt_rate_deg_mm * kPi / 180.0;
+  const double most = tolerances.max_tilt_deviation.radians();
+  const std::size_t count = points.size();
+  for (std::size_t i = 0; i < count; ++i) axes[i] = points[i].normal;
+  const auto fast = [&](std::size_t i) {  // between i and i + 1
+    return angle_between(axes[i], axes[i + 1]) > rate * (tips[i + 1] - tips[i]).norm() + 1e-9;
+  };
+  std::vector<Vec3> next(axes.begin(), axes.end());
+  for (int pass = 0; pass < kSmoothingPasses; ++pass) {
+    bool changed = false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool before = i > 0 && fast(i - 1), after = i + 1 < count && fast(i);
+      if (!before && !after) continue;
+      const Vec3& left = axes[i > 0 ? i - 1 : i];
+      const Vec3& right = axes[i + 1 < count ? i + 1 : i];
+      const Vec3 mean = left + 2.0 * axes[i] + right;
+      if (mean.norm() < 1e-6) continue;
+      next[i] = within(mean.normalized(), points[i].normal, most);
+      changed = true;
+    }
+    if (!changed) break;
+    std::copy(next.begin(), next.end(), axes.begin());
+  }
+}
+
+std::vector<AxisFault> tilt_axes(const Cell& cell, const Deposit& deposit, Index first_point,
+                                 std::span<const PathPoint> points, std::span<const Vec3> tips,
+                                 const MotionOptions& options, std::span<Vec3> axes) {
+  return TiltPlanner(cell, deposit, first_point, points, tips, options, axes).run();
+}
+
+}  // namespace curvesup

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "curvesup/motion/motion.h"
+#include "motion/cell.h"
+
+namespace curvesup {
+
+// Why no allowed nozzle axis serves at a point of a path.
+struct AxisFault {
+  Index point = kNone;
+  bool reach = false;   // else a contact
+  ArmFault arm = ArmFault::none;
+  Contact contact;      // contact.point == kNone: the platform
+};
+
+// Nozzle axes of one path from its layer normals: turned towards their neighbours where the normals turn faster than
+// max_tilt_rate, but never more than max_tilt_deviation from the normal.
+void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, const Tolerances& tolerances,
+                 std::span<Vec3> axes);
+
+// Tilts the axes of one path, as little as possible, so that the head touches neither platform nor what is printed before
+// each point, and the arm reaches every point at some turn of the head. Tilts are chosen at key points by dynamic
+// programming over directions within max_tilt_deviation of the normal, and interpolated between. Returns the first
+// fault that no allowed tilt removes, if any; its axis stays as near the normal as smoothing left it.
+//   first_point  index of points[0] in Toolpaths::points
+std::vector<AxisFault> tilt_axes(const Cell& cell, const Deposit& deposit, Index first_point,
+                                 std::span<const PathPoint> points, std::span<const Vec3> tips,
+                                 const MotionOptions& options, std::span<Vec3> axes);
+
+// True when some turn of the head and some branch reach the tip; `fault` says why not (the least severe one met).
+// yaw_hint and branch_hint are tried first and updated.
+struct ReachHint {
+  double yaw = 0.0;
+  int branch = 0;
+};
+[[nodiscard]] bool reachable(const Cell& cell, const Vec3& tip, const Vec3& axis, int yaw_samples, ReachHint& hint,
+                             ArmFault* fault = nullptr);
+
+// Turns of the head that are tried, nearest to 0 first; never half a turn, where rotation vectors jump.
+[[nodiscard]] std::vector<double> yaw_values(int samples);
+
+}  // namespace curvesup

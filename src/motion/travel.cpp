@@ -1,0 +1,220 @@
+#include "motion/travel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace curvesup {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kNearHop_mm = 3.0;     // neighbouring rings: a low hop is enough
+constexpr double kSampleStep_mm = 4.0;
+constexpr double kSampleStep_rad = 0.06;
+
+double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+// Plans one travel.
+class Planner {
+ public:
+  Planner(const Cell& cell, const Deposit& deposit, Index before) : cell_(cell), deposit_(deposit), before_(before) {}
+
+  TravelPlan plan(const TravelEnd& from, const TravelEnd& to, const TravelEnd* via) {
+    std::optional<TravelPlan> last;
+    for (const double lift : lifts(from, to, via)) {
+      for (const bool over_top : {false, true}) {
+        if (over_top && lift < cell_.machine().tolerances.travel_clearance_mm) continue;
+        std::optional<TravelPlan> plan = attempt(from, to, via, lift, over_top);
+        if (!plan) continue;
+        if (plan->clear) return *plan;
+        last = std::move(plan);
+      }
+    }
+    if (last) return *last;
+    return direct(from, to);
+  }
+
+ private:
+  std::vector<double> lifts(const TravelEnd& from, const TravelEnd& to, const TravelEnd* via) const {
+    const double clearance = cell_.machine().tolerances.travel_clearance_mm;
+    std::vector<double> result;
+    const bool near = !from.station && !to.station && !via && from.layer == to.layer &&
+                      (from.tip - to.tip).norm() < kNearHop_mm && angle_between(from.axis, to.axis) < 0.35;
+    if (near) result.push_back(std::min(1.0, clearance));
+    for (const double factor : {1.0, 3.0, 8.0, 16.0}) result.push_back(factor * clearance);
+    return result;
+  }
+
+  // The end's pose moved back along its axis, or up and upright; nullopt when the arm cannot take it.
+  std::optional<TravelEnd> at(const Vec3& tip, const Vec3& axis, const TravelEnd& like) const {
+    TravelEnd end = like;
+    end.tip = tip;
+    end.axis = axis;
+    Joints joints;
+    if (cell_.solve(tip, axis, like.yaw, like.branch, joints) != ArmFault::none) return std::nullopt;
+    end.joints = unwrapped_near(joints, like.joints);
+    for (int j = 0; j < 6; ++j) {
+      if (end.joints[j] < cell_.limit_low(j) || end.joints[j] > cell_.limit_high(j)) return std::nullopt;
+    }
+    end.pose = pose_of(tip, axis, like.yaw, like.pose.rotation_vector);
+    return end;
+  }
+
+  Pose pose_of(const Vec3& tip, const Vec3& axis, double yaw, const Vec3& near) const {
+    const Frame frame = cell_.tcp_frame(tip, axis, yaw);
+    return {frame.translation(), rotation_vector_near(frame.linear(), near)};
+  }
+
+  std::optional<TravelEnd> above(const TravelEnd& lifted) const {
+    const double top = deposit_.top_before(before_) + 2.0 * cell_.machine().tolerances.travel_clearance_mm;
+    // Upright where the arm can, else half way up.
+    const Vec3 tip(lifted.tip.x(), lifted.tip.y(), std::max(lifted.tip.z(), top));
+    for (const double share : {1.0, 0.6, 0.3}) {
+      const Vec3 axis = ((1.0 - share) * lifted.axis + share * Vec3::UnitZ()).normalized();
+      if (auto end = at(tip, axis, lifted)) return end;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<TravelPlan> attempt(const TravelEnd& from, const TravelEnd& to, const TravelEnd* via, double lift,
+                                    bool over_top) {
+    std::vector<TravelEnd> stops;
+    std::vector<TravelStep> steps;
+    const auto add = [&](const TravelEnd& end, TravelStep step) {
+      stops.push_back(end);
+      steps.push_back(step);
+    };
+    const TravelStep onward = via ? TravelStep::from_purge : to.station ? TravelStep::to_home : TravelStep::cross;
+    add(from, TravelStep::lift);
+    if (!from.station) {
+      const auto lifted = at(from.tip + lift * from.axis, from.axis, from);
+      if (!lifted) return std::nullopt;
+      add(*lifted, TravelStep::lift);
+      if (over_top) {
+        const auto high = above(*lifted);
+        if (!high) return std::nullopt;
+        add(*high, via ? TravelStep::to_purge : TravelStep::lift);
+      }
+    }
+    if (via) add(*via, TravelStep::purge);
+    if (to.station) {
+      add(to, onward);
+    } else {
+      const auto lifted = at(to.tip + lift * to.axis, to.axis, to);
+      if (!lifted) return std::nullopt;
+      if (over_top) {
+        const auto high = above(*lifted);
+        if (!high) return std::nullopt;
+        add(*high, onward);
+        add(*lifted, TravelStep::lower);
+      } else {
+        add(*lifted, onward);
+      }
+      add(to, TravelStep::lower);
+    }
+    return prove(stops, steps, lift);
+  }
+
+  // The moves between stops, and whether head and arm stay clear on them.
+  TravelPlan prove(const std::vector<TravelEnd>& stops, const std::vector<TravelStep>& steps, double lift) {
+    TravelPlan plan;
+    const double clearance = 0.5 * std::min(lift, cell_.machine().tolerances.travel_clearance_mm);
+    for (std::size_t i = 1; i < stops.size(); ++i) {
+      const TravelEnd &a = stops[i - 1], &b = stops[i];
+      // Along the nozzle's own axis the head only uncovers space that it filled, or will fill, while printing.
+      const bool own_axis = !a.station && !b.station && a.branch == b.branch && a.yaw == b.yaw && a.axis == b.axis &&
+                            (i == 1 || i + 1 == stops.size());
+      const bool last_down = i + 1 == stops.size() && steps[i] == TravelStep::lower;
+      plan.moves.push_back(own_axis || last_down ? linear(a, b, steps[i]) : joint(a, b, steps[i]));
+      if (plan.clear && !own_axis) check(a, b, clearance, plan);
+      if (plan.clear && own_axis) check_pose(b.joints, 0.0, plan, false);
+    }
+    return plan;
+  }
+
+  void check(const TravelEnd& a, const TravelEnd& b, double clearance, TravelPlan& plan) {
+    double turn = 0.0;
+    for (int j = 0; j < 6; ++j) turn = std::max(turn, std::abs(b.joints[j] - a.joints[j]));
+    const int samples = 1 + static_cast<int>(std::max(turn / kSampleStep_rad, (b.tip - a.tip).norm() / kSampleStep_mm));
+    for (int s = 0; s <= samples && plan.clear; ++s) {
+      const double t = static_cast<double>(s) / samples;
+      Joints joints;
+      for (int j = 0; j < 6; ++j) joints[j] = (1.0 - t) * a.joints[j] + t * b.joints[j];
+      check_pose(joints, clearance, plan, true);
+    }
+  }
+
+  void check_pose(const Joints& joints, double clearance, TravelPlan& plan, bool with_head) {
+    Vec3 tip, axis;
+    cell_.tip_of(joints, tip, axis);
+    const auto touch = [&](const char* body, const Contact& contact) {
+      plan.clear = false;
+      plan.contact = contact;
+      plan.body = body;
+    };
+    Contact contact;
+    if (with_head) {
+      if (!cell_.head_above_table(tip, axis)) return touch("head and platform", {kNone, tip, 0.0});
+      if (deposit_.touches_head(cell_.head(), tip, axis, -1.0, clearance, before_, &contact)) return touch("head", contact);
+    }
+    const double table = cell_.machine().platform.table_clearance_mm;
+    for (const Cell::Capsule& link : cell_.links(joints)) {
+      if (std::min(link.a.z(), link.b.z()) < table + link.radius) return touch(link.name, {kNone, link.b, 0.0});
+      if (deposit_.touches_capsule(link.a, link.b, link.radius, clearance, before_, &contact)) return touch(link.name, contact);
+    }
+  }
+
+  Travel base(const TravelEnd& to, TravelStep step, TravelKind kind) const {
+    Travel move;
+    move.kind = kind;
+    move.step = step;
+    move.tip_mm = to.tip;
+    move.axis = to.axis;
+    move.pose = to.pose;
+    move.joints = to.joints;
+    return move;
+  }
+
+  Travel linear(const TravelEnd& from, const TravelEnd& to, TravelStep step) const {
+    Travel move = base(to, step, TravelKind::linear);
+    const Speeds& speeds = cell_.machine().speeds;
+    move.speed_mm_s = speeds.approach_mm_s;
+    move.duration_s = (to.tip - from.tip).norm() / move.speed_mm_s + 1e-3 * move.speed_mm_s / speeds.travel_acceleration_m_s2;
+    return move;
+  }
+
+  Travel joint(const TravelEnd& from, const TravelEnd& to, TravelStep step) const {
+    Travel move = base(to, step, TravelKind::joint);
+    const Speeds& speeds = cell_.machine().speeds;
+    double turn = 0.0;
+    for (int j = 0; j < 6; ++j) turn = std::max(turn, std::abs(to.joints[j] - from.joints[j]));
+    const double speed = speeds.joint_speed_deg_s * kPi / 180.0, acceleration = speeds.joint_acceleration_deg_s2 * kPi / 180.0;
+    const bool reaches_speed = turn > speed * speed / acceleration;
+    move.duration_s = reaches_speed ? turn / speed + speed / acceleration : 2.0 * std::sqrt(turn / acceleration);
+    move.speed_mm_s = speeds.travel_mm_s;
+    return move;
+  }
+
+  TravelPlan direct(const TravelEnd& from, const TravelEnd& to) {
+    TravelPlan plan;
+    plan.moves.push_back(joint(from, to, to.station ? TravelStep::to_home : TravelStep::cross));
+    plan.clear = false;
+    plan.contact = {kNone, to.tip, 0.0};
+    plan.body = "no lifted pose is in the arm's reach";
+    return plan;
+  }
+
+  const Cell& cell_;
+  const Deposit& deposit_;
+  Index before_;
+};
+
+}  // namespace
+
+TravelPlan plan_travel(const Cell& cell, const Deposit& deposit, const TravelEnd& from, const TravelEnd& to,
+                       const TravelEnd* via, Index before) {
+  return Planner(cell, deposit, before).plan(from, to, via);
+}
+
+}  // namespace curvesup

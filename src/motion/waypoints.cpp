@@ -1,0 +1,117 @@
+#include "motion/waypoints.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace curvesup {
+namespace {
+
+double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+// Running sums along a path, without the points that coincide with the one before.
+struct Merged {
+  std::vector<std::size_t> index;        // into the path
+  std::vector<double> length, volume, duration;  // up to each
+};
+
+Merged merge_near_points(std::span<const PathPoint> points, std::span<const Vec3> tips, double max_flow, double nearest) {
+  Merged merged;
+  double volume = 0.0, duration = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i > 0) {
+      const double length = (tips[i] - tips[i - 1]).norm();
+      const double feed = std::max(points[i].feed_mm_s, 1e-3);
+      volume += points[i].volume_mm3;
+      duration += std::max(length / feed, points[i].volume_mm3 / max_flow);
+    }
+    const bool last = i + 1 == points.size();
+    if (i > 0 && (tips[i] - tips[merged.index.back()]).norm() < nearest) {
+      if (!last) continue;
+      // The end stays where it is: the point before it gives way.
+      while (merged.index.size() > 1 && (tips[i] - tips[merged.index.back()]).norm() < nearest) {
+        merged.index.pop_back();
+        merged.length.pop_back();
+        merged.volume.pop_back();
+        merged.duration.pop_back();
+      }
+    }
+    const double step = merged.index.empty() ? 0.0 : merged.length.back() + (tips[i] - tips[merged.index.back()]).norm();
+    merged.index.push_back(i);
+    merged.length.push_back(step);
+    merged.volume.push_back(volume);
+    merged.duration.push_back(duration);
+  }
+  return merged;
+}
+
+}  // namespace
+
+std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::span<const Vec3> tips,
+                                       std::span<const Vec3> axes, Index first_point, double max_flow_mm3_s,
+                                       const Tolerances& tolerances) {
+  const Merged merged = merge_near_points(points, tips, max_flow_mm3_s, tolerances.min_segment_mm);
+  const double chord = tolerances.chord_mm, turn = tolerances.axis.radians();
+  // One segment may stand for the points between two of them.
+  const auto serves = [&](std::size_t from, std::size_t to) {
+    const Vec3& a = tips[merged.index[from]];
+    const Vec3 along = tips[merged.index[to]] - a;
+    const double squared = along.squaredNorm();
+    if (squared < tolerances.min_segment_mm * tolerances.min_segment_mm) return false;
+    double progress = 0.0;
+    for (std::size_t m = from + 1; m < to; ++m) {
+      const Vec3 offset = tips[merged.index[m]] - a;
+      const double t = offset.dot(along) / squared;
+      if (t < progress || t > 1.0) return false;
+      progress = t;
+      if ((offset - t * along).squaredNorm() > chord * chord) return false;
+      const Vec3 axis = ((1.0 - t) * axes[merged.index[from]] + t * axes[merged.index[to]]).normalized();
+      if (angle_between(axis, axes[merged.index[m]]) > turn) return false;
+      const double even = (1.0 - t) * merged.volume[from] + t * merged.volume[to];
+      if (std::abs(merged.volume[m] - even) > tolerances.bead_mm3) return false;
+    }
+    return true;
+  };
+  std::vector<DraftPoint> kept;
+  const auto keep = [&](std::size_t at, std::size_t before) {
+    const std::size_t i = merged.index[at];
+    kept.push_back({tips[i], axes[i], points[i].normal, merged.volume[at] - merged.volume[before],
+                    merged.duration[at] - merged.duration[before], first_point + static_cast<Index>(i)});
+  };
+  keep(0, 0);
+  std::size_t from = 0;
+  while (from + 1 < merged.index.size()) {
+    std::size_t to = from + 1;
+    // Doubling, then bisection: near linear for long straight runs. Not every prefix of a good run need be good.
+    std::size_t step = 1;
+    while (to + step < merged.index.size() && serves(from, to + step)) {
+      to += step;
+      step *= 2;
+    }
+    for (; step > 0; step /= 2) {
+      if (to + step < merged.index.size() && serves(from, to + step)) to += step;
+    }
+    keep(to, from);
+    from = to;
+  }
+  return kept;
+}
+
+void set_blends(std::span<Waypoint> chain, const Tolerances& tolerances, double acceleration_mm_s2) {
+  if (chain.empty()) return;
+  chain.front().blend_mm = chain.back().blend_mm = 0.0;
+  for (std::size_t i = 1; i + 1 < chain.size(); ++i) {
+    const Vec3 in = chain[i].tip_mm - chain[i - 1].tip_mm, out = chain[i + 1].tip_mm - chain[i].tip_mm;
+    const double turn = angle_between(in, out);
+    double radius = tolerances.blend_fraction * std::min(in.norm(), out.norm());
+    const double cut = std::tan(turn / 4.0);
+    if (radius * cut > tolerances.corner_mm) radius = tolerances.corner_mm / cut;
+    radius = std::floor(radius * 1e3) / 1e3;  // micrometres, as programs state it
+    const double speed = std::max(in.norm() / chain[i].duration_s, out.norm() / chain[i + 1].duration_s);
+    const double circle = radius / std::max(1e-9, std::tan(turn / 2.0));
+    const bool blends = turn < tolerances.max_blend_turn.radians() && radius >= tolerances.min_blend_mm &&
+                        speed * speed <= acceleration_mm_s2 * circle;
+    chain[i].blend_mm = blends ? radius : 0.0;
+  }
+}
+
+}  // namespace curvesup

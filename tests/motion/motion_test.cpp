@@ -1,0 +1,131 @@
+#include "curvesup/motion/motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "curvesup/motion/kinematics.h"
+#include "helpers/toolpath_shapes.h"
+
+namespace curvesup {
+namespace {
+
+const Check& find(const MotionReport& report, const std::string& name) {
+  for (const Check& check : report.checks) {
+    if (check.name == name) return check;
+  }
+  ADD_FAILURE() << "no check " << name;
+  static const Check none;
+  return none;
+}
+
+void expect_all_checks(const MotionReport& report) {
+  for (const Check& check : report.checks) EXPECT_TRUE(check.ok) << check.name << " = " << check.value << ": " << check.detail;
+}
+
+double distance_to_polyline(const Vec3& point, const std::vector<Vec3>& line) {
+  double nearest = 1e300;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const Vec3 along = line[i] - line[i - 1];
+    const double t = std::clamp((point - line[i - 1]).dot(along) / std::max(1e-300, along.squaredNorm()), 0.0, 1.0);
+    nearest = std::min(nearest, (point - line[i - 1] - t * along).norm());
+  }
+  return nearest;
+}
+
+// Recomputes from the waypoints alone what the programs rely on.
+void expect_sound(const Toolpaths& toolpaths, const Machine& machine, const MotionResult& result) {
+  const Motion& motion = result.motion;
+  const Tolerances& tolerances = machine.tolerances;
+  Index path = -1;
+  for (const PathMotion& chain : motion.paths) {
+    EXPECT_TRUE(chain.path == path || chain.path == path + 1);
+    path = chain.path;
+    ASSERT_GT(chain.travel_count, 0);
+    const Travel& arrival = motion.travels[chain.first_travel + chain.travel_count - 1];
+    const Waypoint& start = motion.waypoints[chain.first_waypoint];
+    EXPECT_LT((arrival.pose.position_m - start.pose.position_m).norm(), 1e-9);
+    EXPECT_LT(largest_joint_step(arrival.joints, start.joints), 1e-9);
+    double volume = 0.0;
+    for (Index w = chain.first_waypoint; w < chain.first_waypoint + chain.waypoint_count; ++w) {
+      const Waypoint& point = motion.waypoints[w];
+      const Frame reached = forward_kinematics(machine.arm, point.joints) * to_frame(machine.tool.tcp);
+      EXPECT_LT((reached.translation() - point.pose.position_m).norm(), 1e-6);
+      EXPECT_LT((reached.linear() - rotation_of(point.pose.rotation_vector)).norm(), 1e-6);
+      EXPECT_LT((reached.linear().col(2) - point.axis).norm(), 1e-6);  // the platform is not turned in these tests
+      volume += point.volume_mm3;
+      if (w == chain.first_waypoint) continue;
+      const Waypoint& before = motion.waypoints[w - 1];
+      const double length = (point.tip_mm - before.tip_mm).norm();
+      EXPECT_GE(length, 0.999 * tolerances.min_segment_mm);
+      EXPECT_LT(point.blend_mm + before.blend_mm, length);
+      EXPECT_TRUE(point.blend_mm == 0.0 || point.blend_mm >= 0.1);
+      EXPECT_GT(point.duration_s, 0.0);
+      const double turn = (point.pose.rotation_vector - before.pose.rotation_vector).norm();
+      EXPECT_NEAR(point.speed_mm_s * point.duration_s, std::max(length, 1e3 * turn / machine.speeds.rotation_rad_per_m), 1e-9);
+      const Eigen::AngleAxisd geodesic(Mat3(rotation_of(before.pose.rotation_vector).transpose() * rotation_of(point.pose.rotation_vector)));
+      EXPECT_LE(turn, 1.6 * geodesic.angle() + 1e-3);
+    }
+    EXPECT_NEAR(volume, chain.volume_mm3, 1e-9);
+  }
+  EXPECT_EQ(path + 1, static_cast<Index>(toolpaths.paths.size()));
+  for (const PathMotion& chain : motion.paths) {
+    const Path& source = toolpaths.paths[chain.path];
+    if (chain.sections > 1) continue;
+    std::vector<Vec3> line;
+    for (Index w = chain.first_waypoint; w < chain.first_waypoint + chain.waypoint_count; ++w) line.push_back(motion.waypoints[w].tip_mm);
+    double wanted = 0.0;
+    for (Index i = source.first_point; i < source.first_point + source.point_count; ++i) {
+      const PathPoint& point = toolpaths.points[i];
+      EXPECT_LE(distance_to_polyline(point.position + point.tip_offset_mm * point.normal, line), tolerances.chord_mm + 1e-3);
+      wanted += point.volume_mm3;
+    }
+    EXPECT_NEAR(chain.volume_mm3, wanted, 1e-9 * wanted);
+  }
+}
+
+TEST(PlanMotion, FlatRings) {
+  const Toolpaths toolpaths = shapes::flat_rings(20.0, 3);
+  const MotionResult result = plan_motion(toolpaths, Machine{});
+  expect_all_checks(result.report);
+  expect_sound(toolpaths, Machine{}, result);
+  EXPECT_EQ(result.report.tilt_deviation_max_deg, 0.0);
+  EXPECT_LT(result.report.waypoints, toolpaths.points.size());
+  EXPECT_GT(result.report.travel_mm, 0.0);
+}
+
+TEST(PlanMotion, CapLeaningSixtyDegreesIsReachedEverywhere) {
+  const Toolpaths toolpaths = shapes::cap_rings(60.0, 60.0 * std::numbers::pi / 180.0, 20.0);
+  const MotionResult result = plan_motion(toolpaths, Machine{});
+  expect_all_checks(result.report);
+  expect_sound(toolpaths, Machine{}, result);
+  EXPECT_GT(result.report.max_tilt_deg, 55.0);
+  EXPECT_GT(result.report.rotation_limited, 0u);
+}
+
+TEST(PlanMotion, OutOfReachIsReportedWithItsFirstPlace) {
+  Toolpaths toolpaths = shapes::flat_rings(10.0, 1);
+  for (PathPoint& point : toolpaths.points) point.position.x() += 600.0;
+  const MotionResult result = plan_motion(toolpaths, Machine{});
+  ASSERT_FALSE(result.report.unreachable.empty());
+  EXPECT_EQ(result.report.unreachable.front().path, 0);
+  EXPECT_FALSE(result.report.unreachable.front().reason.empty());
+  EXPECT_FALSE(find(result.report, "motion.unreachable").ok);
+}
+
+TEST(PlanMotion, ThreadsDoNotChangeAnything) {
+  const Toolpaths toolpaths = shapes::cap_rings(40.0, 0.9, 15.0);
+  RunContext two;
+  two.threads = 2;
+  const Motion a = plan_motion(toolpaths, Machine{}).motion, b = plan_motion(toolpaths, Machine{}, {}, two).motion;
+  ASSERT_EQ(a.waypoints.size(), b.waypoints.size());
+  for (std::size_t i = 0; i < a.waypoints.size(); ++i) {
+    EXPECT_EQ(a.waypoints[i].joints, b.waypoints[i].joints);
+    EXPECT_EQ(a.waypoints[i].pose.rotation_vector, b.waypoints[i].pose.rotation_vector);
+  }
+  ASSERT_EQ(a.travels.size(), b.travels.size());
+  for (std::size_t i = 0; i < a.travels.size(); ++i) EXPECT_EQ(a.travels[i].joints, b.travels[i].joints);
+}
+
+}  // namespace
+}  // namespace curvesup
