@@ -70,11 +70,6 @@ void append_temperatures(std::string& text, const Machine& machine) {
   }
 }
 
-void append_unload(std::string& text, const Filament& filament) {
-  append_extruder_move(text, filament.retract_mm, filament.retract_mm_s);
-  append_extruder_move(text, -filament.unload_mm, filament.load_mm_s);
-}
-
 class ChainWriter {
  public:
   ChainWriter(const Toolpaths& toolpaths, const Machine& machine) : toolpaths_(toolpaths), machine_(machine), link_(machine) {}
@@ -101,18 +96,9 @@ class ChainWriter {
 
  private:
   void append_change(int loaded, int next, long signal, std::string& text) const {
-    const Filament& filament = filament_of(machine_, next);
-    append_tool(text, ";CHANGE:", filament.tool, "\n");
+    append_tool(text, ";CHANGE:", filament_of(machine_, next).tool, "\n");
     link_.start(text, signal);
-    const bool same_tool = loaded >= 0 && filament_of(machine_, loaded).tool == filament.tool;
-    if (loaded >= 0 && !same_tool) append_unload(text, filament_of(machine_, loaded));
-    append_tool(text, "T", filament.tool, "\n");
-    append_tool(text, "M116 P", filament.tool, "\n");
-    if (!same_tool) {
-      append_extruder_move(text, filament.load_mm + filament.purge_mm, filament.load_mm_s);
-      append_extruder_move(text, -filament.retract_mm, filament.retract_mm_s);
-    }
-    append_fan(text, machine_, filament.fan);
+    text += change_work(machine_, loaded, next);
     link_.started(text, signal);
     link_.end(text, signal + 1);
     link_.ended(text, signal + 1);
@@ -133,9 +119,8 @@ class ChainWriter {
 
   void append_print(const Chain& chain, long signal, std::string& text) const {
     const PathMotion& path = *chain.motion;
-    const Filament& filament = filament_of(machine_, static_cast<int>(path.material));
     link_.start(text, signal);
-    append_extruder_move(text, filament.retract_mm, filament.retract_mm_s);
+    text += chain_start_work(machine_, path.material);
     link_.started(text, signal++);
     const double per_mm3 = filament_per_mm3(machine_, path.material);
     double e = 0.0;
@@ -166,7 +151,7 @@ class ChainWriter {
       text += '\n';
     }
     link_.end(text, signal);
-    append_extruder_move(text, -filament.retract_mm, filament.retract_mm_s);
+    text += chain_end_work(machine_, path.material);
     link_.ended(text, signal);
   }
 
@@ -186,6 +171,10 @@ std::string duration_text(double seconds) {
 std::string time_comments(double seconds) {
   return "; estimated printing time (normal mode) = " + duration_text(seconds) + "\n;TIME:" +
          std::to_string(std::lround(seconds)) + "\n";
+}
+
+std::string footer(const DuetHeader& header) {
+  return "; num_layers = " + std::to_string(header.layers) + "\n" + time_comments(header.time_s);
 }
 
 }  // namespace
@@ -247,12 +236,8 @@ std::string duet_header(const DuetHeader& header, const EmitOptions& options, co
   return text + "\n" + time_comments(header.time_s);
 }
 
-std::string duet_part_start(const Machine& machine, int part, const DuetState& state, long first_signal) {
-  const DuetLinkText link(machine);
-  std::string text = ";PART:" + std::to_string(part) + "\n";
-  if (part == 1) link.reset(text);
-  link.part_start(text, part);
-  text += "G21\nG90\nM83\nM564 H0 S0\n";
+std::string part_work(const Machine& machine, const DuetState& state) {
+  std::string text = "G21\nG90\nM83\nM564 H0 S0\n";
   text += "M204 P" + fixed(1000.0 * machine.speeds.print_acceleration_m_s2, 1) + " T" +
           fixed(1000.0 * machine.speeds.travel_acceleration_m_s2, 1) + "\n";
   text += "G92";
@@ -265,7 +250,63 @@ std::string duet_part_start(const Machine& machine, int part, const DuetState& s
     append_tool(text, "M116 P", filament.tool, "\n");
     append_fan(text, machine, filament.fan);
   }
-  link.part_ready(text, part, first_signal);
+  return text;
+}
+
+std::string change_work(const Machine& machine, int loaded, int next) {
+  const Filament& filament = filament_of(machine, next);
+  const bool same_tool = loaded >= 0 && filament_of(machine, loaded).tool == filament.tool;
+  std::string text = same_tool ? std::string() : unload_work(machine, loaded);
+  append_tool(text, "T", filament.tool, "\n");
+  append_tool(text, "M116 P", filament.tool, "\n");
+  if (!same_tool) {
+    append_extruder_move(text, filament.load_mm + filament.purge_mm, filament.load_mm_s);
+    append_extruder_move(text, -filament.retract_mm, filament.retract_mm_s);
+  }
+  append_fan(text, machine, filament.fan);
+  return text;
+}
+
+std::string chain_start_work(const Machine& machine, Material material) {
+  const Filament& filament = filament_of(machine, static_cast<int>(material));
+  std::string text;
+  append_extruder_move(text, filament.retract_mm, filament.retract_mm_s);
+  return text;
+}
+
+std::string chain_end_work(const Machine& machine, Material material) {
+  const Filament& filament = filament_of(machine, static_cast<int>(material));
+  std::string text;
+  append_extruder_move(text, -filament.retract_mm, filament.retract_mm_s);
+  return text;
+}
+
+std::string unload_work(const Machine& machine, int loaded) {
+  std::string text;
+  if (loaded < 0) return text;
+  const Filament& filament = filament_of(machine, loaded);
+  append_extruder_move(text, filament.retract_mm, filament.retract_mm_s);
+  append_extruder_move(text, -filament.unload_mm, filament.load_mm_s);
+  return text;
+}
+
+std::string finish_work(const Machine& machine) {
+  std::string text = "M400\n";
+  append_fan(text, machine, 0.0);
+  for (int material = 0; material < kMaterialCount; ++material) {
+    const int tool = filament_of(machine, material).tool;
+    if (material > 0 && tool == filament_of(machine, 0).tool) continue;
+    append_tool(text, "G10 P", tool, " S0 R0\n");
+  }
+  return text + "T-1 P0\nM83\n";
+}
+
+std::string duet_part_start(const Machine& machine, int part, const DuetState& state, long first_signal) {
+  const DuetLinkText link(machine);
+  std::string text = ";PART:" + std::to_string(part) + "\n";
+  link.part_start(text, part, first_signal);
+  text += part_work(machine, state);
+  link.part_ready(text, part);
   return text;
 }
 
@@ -273,19 +314,15 @@ std::string duet_end(const Machine& machine, const DuetState& state, const DuetH
   const DuetLinkText link(machine);
   std::string text = ";END\n";
   link.start(text, first_signal);
-  if (state.loaded >= 0) append_unload(text, filament_of(machine, state.loaded));
+  text += unload_work(machine, state.loaded);
   link.started(text, first_signal);
   link.end(text, first_signal + 1);
   link.ended(text, first_signal + 1);
-  text += "M400\n";
-  append_fan(text, machine, 0.0);
-  for (int material = 0; material < kMaterialCount; ++material) {
-    const int tool = filament_of(machine, material).tool;
-    if (material > 0 && tool == filament_of(machine, 0).tool) continue;
-    append_tool(text, "G10 P", tool, " S0 R0\n");
-  }
-  text += "T-1 P0\nM83\n";
-  return text + "; num_layers = " + std::to_string(header.layers) + "\n" + time_comments(header.time_s);
+  return text + finish_work(machine) + footer(header);
+}
+
+std::string duet_end_of_stream_job(const DuetHeader& header) {
+  return "; the robot sends every command: this job only describes the print\nM400\n" + footer(header);
 }
 
 }  // namespace curvesup::emit

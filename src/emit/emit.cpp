@@ -118,11 +118,14 @@ Program write_chains(const Toolpaths& toolpaths, const Motion& motion, const Mac
   program.signals = number_signals(program.chains);
   program.states = duet_states(program.chains);
   run.progress(0.2);
-  program.robot = write_robot_chains(motion, program.chains, program.signals, machine, run);
-  program.robot_end = write_robot_end(motion, machine, program.signals.back().first);
+  program.robot = write_robot_chains(motion, program.chains, program.states, program.signals, machine, run);
+  program.robot_end = write_robot_end(motion, program.states.back(), machine, program.signals.back().first);
   run.progress(0.6);
-  program.duet = write_duet_chains(toolpaths, program.chains, program.states, program.signals, machine, run);
-  const std::size_t frame = robot_part_header(machine, options, 99999, 99999, Joints{-6, -6, -6, -6, -6, -6}).size() +
+  if (machine.link.kind != DuetLink::stream) {
+    program.duet = write_duet_chains(toolpaths, program.chains, program.states, program.signals, machine, run);
+  }
+  const DuetState widest{.tip_mm = Vec3::Constant(-1000.0), .loaded = 0};
+  const std::size_t frame = robot_part_header(machine, options, 99999, 99999, widest, Joints{-6, -6, -6, -6, -6, -6}).size() +
                             robot_part_footer(machine, 99999).size();
   program.parts = pack_parts(program.robot, program.robot_end, frame, machine.program);
   run.progress(0.9);
@@ -184,7 +187,8 @@ EmittedFile robot_file(const Program& program, std::size_t index, const Machine&
   std::size_t size = 8192;
   for (std::size_t i = part.first; i < part.last; ++i) size += program.robot[i].lift.size() + program.robot[i].body.size();
   text.reserve(size);
-  text += robot_part_header(machine, options, number, parts, index == 0 ? home_joints(machine) : first->start);
+  text += robot_part_header(machine, options, number, parts, program.states[part.first],
+                            index == 0 ? home_joints(machine) : first->start);
   for (std::size_t i = part.first; i < part.last; ++i) {
     if (i > part.first || index == 0) text += program.robot[i].lift;
     text += program.robot[i].body;
@@ -201,6 +205,7 @@ std::string duet_file(const Program& program, const Machine& machine, const Emit
   for (const std::string& chain : program.duet) size += chain.size();
   text.reserve(size + 1000 * program.parts.size());
   text += duet_header(header, options, machine);
+  if (machine.link.kind == DuetLink::stream) return text + duet_end_of_stream_job(header);
   for (std::size_t p = 0; p < program.parts.size(); ++p) {
     const Part& part = program.parts[p];
     parts[p].duet_offset = text.size();

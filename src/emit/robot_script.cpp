@@ -72,7 +72,7 @@ class ChainWriter {
  public:
   ChainWriter(const Motion& motion, const Machine& machine) : motion_(motion), machine_(machine), link_(machine) {}
 
-  RobotChain write(const Chain& chain, const Signals& signals, const Joints& before) const {
+  RobotChain write(const Chain& chain, const DuetState& state, const Signals& signals, const Joints& before) const {
     const PathMotion& path = *chain.motion;
     RobotChain out;
     out.start = before;
@@ -89,7 +89,7 @@ class ChainWriter {
       ++out.body_moves;
       out.body_s += step.duration_s;
       if (path.material_change_before && !changed && step.step == TravelStep::purge) {
-        append_change(path.material, signal, out.body);
+        append_change(state.loaded, path.material, signal, out.body);
         signal += 2;
         changed = true;
       }
@@ -102,7 +102,7 @@ class ChainWriter {
     return out;
   }
 
-  RobotChain write_end(long signal) const {
+  RobotChain write_end(const DuetState& state, long signal) const {
     RobotChain out;
     for (Index travel = motion_.final_travel; travel < static_cast<Index>(motion_.travels.size()); ++travel) {
       append_travel(out.body, motion_.travels[travel], false, machine_.speeds);
@@ -110,11 +110,18 @@ class ChainWriter {
       out.body_s += motion_.travels[travel].duration_s;
     }
     out.body += " # barrier unload\n";
-    link_.work_barrier(out.body, signal, machine_.link.tool_change_timeout_s);
+    link_.work_barrier(out.body, signal, work([&] { return unload_work(machine_, state.loaded) + finish_work(machine_); }),
+                       machine_.link.tool_change_timeout_s);
     return out;
   }
 
  private:
+  // The Duet's lines, where the robot has to send them.
+  template <class Lines>
+  [[nodiscard]] std::string work(const Lines& lines) const {
+    return link_.streams() ? lines() : std::string();
+  }
+
   void append_lift(const Travel& travel, RobotChain& out) const {
     append_travel(out.lift, travel, false, machine_.speeds);
     ++out.lift_moves;
@@ -122,11 +129,12 @@ class ChainWriter {
     out.start = travel.joints;
   }
 
-  void append_change(Material material, long signal, std::string& text) const {
+  void append_change(int loaded, Material material, long signal, std::string& text) const {
     text += " # barrier change tool ";
     append_integer(text, filament(material).tool);
     text += '\n';
-    link_.work_barrier(text, signal, machine_.link.tool_change_timeout_s + machine_.link.heating_timeout_s);
+    link_.work_barrier(text, signal, work([&] { return change_work(machine_, loaded, static_cast<int>(material)); }),
+                       machine_.link.tool_change_timeout_s + machine_.link.heating_timeout_s);
   }
 
   void append_print(const Chain& chain, long signal, RobotChain& out) const {
@@ -137,19 +145,49 @@ class ChainWriter {
     out.body += " section ";
     append_integer(out.body, path.section + 1);
     out.body += '\n';
-    link_.chain_start(out.body, signal++, timeout);
-    const int gates = static_cast<int>(chain.chunks.size());
+    link_.chain_start(out.body, signal++, work([&] { return chain_start_work(machine_, path.material) + "G92 X0\n"; }), timeout);
+    std::vector<std::string> lines;
+    if (link_.streams()) {
+      lines = chunk_lines(chain);
+      if (!lines.empty()) RobotLink::send(out.body, lines.front());
+    }
+    const int chunks = static_cast<int>(chain.chunks.size());
     int chunk = 0;
     for (int k = 0; k < static_cast<int>(chain.moves.size()); ++k) {
-      if (chunk < gates && chain.chunks[chunk] == k) {
-        if (chunk + 1 < gates) link_.gate(out.body, chunk + 1, signal++);
+      if (chunk < chunks && chain.chunks[chunk] == k) {
         ++chunk;
+        if (chunk < chunks) {
+          if (link_.streams()) link_.send_in_motion(out.body, lines[chunk], signal);
+          if (!link_.streams()) link_.gate(out.body, chunk, signal);
+          ++signal;
+        }
       }
       append_print_move(out.body, chain.moves[k], machine_.speeds);
     }
-    link_.chain_end(out.body, signal, timeout);
+    link_.chain_end(out.body, signal, work([&] { return chain_end_work(machine_, path.material); }), timeout);
     out.body_moves += static_cast<int>(chain.moves.size());
     out.body_s += chain.duet_s;
+  }
+
+  // Link `stream`: one command for each chunk; X is the way along the chain.
+  [[nodiscard]] std::vector<std::string> chunk_lines(const Chain& chain) const {
+    const double per_mm3 = filament_per_mm3(machine_, chain.motion->material);
+    std::vector<std::string> lines;
+    double x = 0.0;
+    for (std::size_t c = 0; c < chain.chunks.size(); ++c) {
+      const int end = c + 1 < chain.chunks.size() ? chain.chunks[c + 1] : static_cast<int>(chain.moves.size());
+      double length = 0.0, volume = 0.0, seconds = 0.0;
+      for (int k = chain.chunks[c]; k < end; ++k) {
+        const Move& move = chain.moves[static_cast<std::size_t>(k)];
+        length += move.length_mm;
+        volume += move.volume_mm3;
+        seconds += move.duration_s;
+      }
+      x += length;
+      lines.push_back("G1 X" + fixed(x, 4) + " E" + fixed(volume * per_mm3, 6) + " F" +
+                      fixed(60.0 * length / seconds, 2));
+    }
+    return lines;
   }
 
   [[nodiscard]] const Filament& filament(Material material) const {
@@ -179,23 +217,24 @@ Joints home_joints(const Machine& machine) {
 }
 
 std::vector<RobotChain> write_robot_chains(const Motion& motion, const std::vector<Chain>& chains,
-                                           const std::vector<Signals>& signals, const Machine& machine,
-                                           const RunContext& run) {
+                                           const std::vector<DuetState>& states, const std::vector<Signals>& signals,
+                                           const Machine& machine, const RunContext& run) {
   const ChainWriter writer(motion, machine);
   std::vector<RobotChain> out(chains.size());
   parallel_for(chains.size(), 16, run, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t i = begin; i < end; ++i) {
-      out[i] = writer.write(chains[i], signals[i], joints_before(motion, i, machine));
+      out[i] = writer.write(chains[i], states[i], signals[i], joints_before(motion, i, machine));
     }
   });
   return out;
 }
 
-RobotChain write_robot_end(const Motion& motion, const Machine& machine, long first_signal) {
-  return ChainWriter(motion, machine).write_end(first_signal);
+RobotChain write_robot_end(const Motion& motion, const DuetState& state, const Machine& machine, long first_signal) {
+  return ChainWriter(motion, machine).write_end(state, first_signal);
 }
 
-std::string robot_part_header(const Machine& machine, const EmitOptions& options, int part, int parts, const Joints& start) {
+std::string robot_part_header(const Machine& machine, const EmitOptions& options, int part, int parts,
+                              const DuetState& state, const Joints& start) {
   std::string text = "def part_" + padded(part, 4) + "():\n";
   text += " # " + options.title + " part " + std::to_string(part) + " of " + std::to_string(parts) + ", machine " +
           machine.name + "\n";
@@ -205,10 +244,9 @@ std::string robot_part_header(const Machine& machine, const EmitOptions& options
   text += " set_payload(" + fixed(machine.tool.payload_kg, 3) + ", [";
   for (int i = 0; i < 3; ++i) text += fixed(machine.tool.centre_of_gravity_m[i], 4) + (i < 2 ? ", " : "])\n");
   const RobotLink link(machine);
-  link.define(text, options.stop_lift_mm / 1000.0, machine.speeds.travel_acceleration_m_s2,
-              machine.speeds.approach_mm_s / 1000.0);
+  link.define(text, options.stop_lift_mm / 1000.0);
   append_movej(text, start, nullptr, machine.speeds);
-  link.part_barrier(text, part);
+  link.part_barrier(text, part, link.streams() ? part_work(machine, state) : std::string());
   return text;
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "emit/duet_job.h"
 #include "emit/schedule.h"
 
 namespace curvesup::emit {
@@ -15,24 +16,20 @@ struct RobotChain {
   Joints start{};                      // where the arm stands between lift and body
 };
 
-// Numbers of the signals of a chain where the link counts them: one for each barrier side and gate of the job.
-struct Signals {
-  long first = 1;
-  long count = 0;
-};
-
 [[nodiscard]] std::vector<RobotChain> write_robot_chains(const Motion& motion, const std::vector<Chain>& chains,
+                                                         const std::vector<DuetState>& states,
                                                          const std::vector<Signals>& signals, const Machine& machine,
                                                          const RunContext& run);
 
 [[nodiscard]] Joints home_joints(const Machine& machine);
 
 // The final travels and the unload block.
-[[nodiscard]] RobotChain write_robot_end(const Motion& motion, const Machine& machine, long first_signal);
+[[nodiscard]] RobotChain write_robot_end(const Motion& motion, const DuetState& state, const Machine& machine,
+                                         long first_signal);
 
 // Everything of part `part` (from 1) before the first body, and after the last.
 [[nodiscard]] std::string robot_part_header(const Machine& machine, const EmitOptions& options, int part, int parts,
-                                            const Joints& start);
+                                            const DuetState& state, const Joints& start);
 [[nodiscard]] std::string robot_part_footer(const Machine& machine, int part);
 
 }  // namespace curvesup::emit

@@ -131,9 +131,14 @@ Chain schedule_chain(const Motion& motion, const PathMotion& path, const Machine
   chain.start_tip_mm = points[0].tip_mm;
   chain.moves.reserve(static_cast<std::size_t>(path.waypoint_count));
   const double fraction = machine.tolerances.blend_fraction;
+  double since_stop = options.stop_margin_s;
   for (Index i = 1; i < path.waypoint_count; ++i) {
     const double ramp = points[i].speed_mm_s / (1000.0 * machine.speeds.print_acceleration_m_s2);
-    const double longest = std::max(0.5 * machine.link.gate_interval_s, 0.98 * machine.link.gate_interval_s - ramp);
+    double longest = std::max(0.5 * machine.link.gate_interval_s, 0.98 * machine.link.gate_interval_s - ramp);
+    // After a stop there must be a place for a gate that is far enough from it.
+    if (i > 1 && points[i - 1].blend_mm == 0.0) since_stop = 0.0;
+    if (since_stop < options.stop_margin_s) longest = std::min(longest, 2.0 * options.stop_margin_s);
+    since_stop += points[i].duration_s;
     append_moves(points[i - 1], points[i], longest, fraction, chain.moves);
   }
   limit_blends(fraction, chain.moves);

@@ -4,7 +4,10 @@
 
 #include <clocale>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <numbers>
 #include <sstream>
@@ -239,7 +242,7 @@ std::vector<Event> duet_events(const std::string& job) {
   std::vector<Event> events;
   double feed = 0.0;
   bool stop = false;
-  bool reset_done = false;
+  bool part_begins = false;
   for (const std::string& line : lines_of(job)) {
     if (line == "M577 P0 S1") events.push_back({"barrier1"});
     if (line == "M577 P0 S0") events.push_back({"barrier0"});
@@ -247,9 +250,9 @@ std::vector<Event> duet_events(const std::string& job) {
     if (line == "M577 P2 S0") events.push_back({"gate0"});
     if (line == "M42 P0 S1") events.push_back({"acknowledge1"});
     if (line == "M42 P0 S0") {
-      if (reset_done) events.push_back({"acknowledge0"});
-      reset_done = true;
+      if (!part_begins) events.push_back({"acknowledge0"});
     }
+    part_begins = starts(line, ";PART:");
     if (line == "M400") stop = true;
     if (starts(line, "G1 X")) {
       feed = word(line, 'F', feed);
@@ -516,6 +519,80 @@ TEST(EmitRobot, SameBytesForAnyLocaleAndThreadCount) {
   }
 }
 
+TEST(EmitRobot, TelnetCountsTheSameSignalsOnBothSides) {
+  Print print = small_print();
+  print.machine.link.kind = DuetLink::telnet;
+  const EmittedFiles out = emit_robot(print.toolpaths, print.motion, print.machine);
+  const auto number_after = [](const std::string& line, const std::string& key) {
+    return std::stol(line.substr(line.find(key) + key.size()));
+  };
+  std::vector<long> sent, awaited, answers, heard;
+  for (const EmittedPart& part : out.parts) {
+    for (const std::string& line : lines_of(file(out, part.file).content)) {
+      if (starts(line, " exchange(\"set global.rc=")) {
+        sent.push_back(number_after(line, "global.rc="));
+        heard.push_back(number_after(line, "\"rc "));
+      }
+      if (starts(line, " gate = ")) sent.push_back(number_after(line, "gate = "));
+    }
+  }
+  for (const std::string& line : lines_of(file(out, "duet/print.g").content)) {
+    if (starts(line, "while global.rc < ")) awaited.push_back(number_after(line, "< "));
+    if (starts(line, "M118 P4 S\"<rc ")) answers.push_back(number_after(line, "<rc "));
+    EXPECT_FALSE(starts(line, "M577"));
+  }
+  EXPECT_EQ(sent, awaited);
+  EXPECT_EQ(heard, answers);
+  for (std::size_t i = 0; i < sent.size(); ++i) ASSERT_EQ(sent[i], static_cast<long>(i) + 1);
+}
+
+TEST(EmitRobot, StreamSendsAllFilamentFromTheRobot) {
+  Print print = small_print();
+  print.machine.link.kind = DuetLink::stream;
+  const EmittedFiles out = emit_robot(print.toolpaths, print.motion, print.machine);
+  double printed = 0.0, balance = 0.0;
+  for (const EmittedPart& part : out.parts) {
+    for (const std::string& line : lines_of(file(out, part.file).content)) {
+      if (line.find("\"G1 X") != std::string::npos) printed += word(line, 'E');
+      if (line.find("\"G1 E") != std::string::npos) balance += word(line, 'E');
+      EXPECT_LE(line.size(), 255u);
+    }
+  }
+  EXPECT_NEAR(printed, out.report.printed_filament_mm[0] + out.report.printed_filament_mm[1], 1e-4);
+  EXPECT_NEAR(balance, 4 * 6.0, 1e-9) << "four loads, purging 6 mm each";
+  EXPECT_EQ(file(out, "duet/print.g").content.find("\nG1"), std::string::npos);
+}
+
+// Stops closer to each other than a gate may follow: gates go as far behind a stop as they can.
+TEST(EmitRobot, GatesKeepAwayFromStops) {
+  Print print;
+  PrintBuilder builder(print);
+  std::vector<Vec3> tips = {Vec3(0, 0, 0.4)};
+  for (int i = 0; i < 40; ++i) {  // long ways with a spike of two stops at each end
+    const double x = tips.back().x(), y = tips.back().y();
+    tips.emplace_back(x + 9.2, y, 0.4);
+    tips.emplace_back(x + 9.0, y + 0.01, 0.4);
+    tips.emplace_back(x + 9.4, y + 0.02, 0.4);
+  }
+  builder.add_path(0, Material::model, tips);
+  builder.finish();
+  const EmittedFiles out = emit_robot(print.toolpaths, print.motion, print.machine);
+  EXPECT_GT(out.report.stops, 70u);
+  EXPECT_EQ(out.report.tight_gates, 0u);
+  double since_stop = 1.0, feed = 0.0;
+  Vec3 last = Vec3::Zero();
+  for (const std::string& line : lines_of(file(out, "duet/print.g").content)) {
+    if (line == "M400") since_stop = 0.0;
+    if (starts(line, "M577 P2")) { EXPECT_GE(since_stop, 0.15); }
+    if (starts(line, "G0 X")) last = Vec3(word(line, 'X'), word(line, 'Y'), word(line, 'Z'));
+    if (!starts(line, "G1 X")) continue;
+    feed = word(line, 'F', feed);
+    const Vec3 tip(word(line, 'X'), word(line, 'Y'), word(line, 'Z'));
+    since_stop += 60.0 * (tip - last).norm() / feed;
+    last = tip;
+  }
+}
+
 TEST(EmitRobot, ChainAboveTheCapIsAnError) {
   Print print = small_print();
   print.machine.program.max_moves_per_part = 100;
@@ -528,6 +605,58 @@ TEST(EmitRobot, ChangeOfMaterialNeedsThePurgeStation) {
     if (travel.step == TravelStep::purge) travel.step = TravelStep::cross;
   }
   EXPECT_THROW(emit_robot(print.toolpaths, print.motion, print.machine), Error);
+}
+
+// The player against a robot of sockets: it must send bare functions in order, and stop when a part says it stopped.
+constexpr const char* kFakeRobot = R"PY(
+import re, socket, subprocess, sys, threading
+folder, stop_at = sys.argv[1], int(sys.argv[2])
+def listen():
+    s = socket.socket(); s.bind(("127.0.0.1", 0)); s.listen(); return s
+program, watch = listen(), listen()
+seen = []
+def serve():
+    while True:
+        w, _ = watch.accept()
+        p, _ = program.accept()
+        text = b""
+        while not text.endswith(b"\nend\n"):
+            text += p.recv(65536)
+        p.sendall(b"x" * 100)
+        number = int(re.match(rb"def part_(\d+)", text)[1])
+        seen.append(number)
+        w.sendall(b"noise" * 20 + (b"curvesup stopped: ..." if number == stop_at else b"curvesup part %04d finished" % number))
+threading.Thread(target=serve, daemon=True).start()
+code = subprocess.call([sys.executable, folder + "/play_parts.py", "127.0.0.1", "--from", "2", "--port",
+    str(program.getsockname()[1]), "--watch-port", str(watch.getsockname()[1])], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+print(seen, code)
+)PY";
+
+std::string play(const std::filesystem::path& folder, int stop_at) {
+  const std::string command = "python3 " + (folder / "fake_robot.py").string() + " " + (folder / "robot").string() + " " + std::to_string(stop_at);
+  std::string said;
+  FILE* pipe = popen(command.c_str(), "r");
+  if (!pipe) return said;
+  char buffer[200];
+  while (std::fgets(buffer, sizeof buffer, pipe)) said += buffer;
+  pclose(pipe);
+  return said;
+}
+
+TEST(PlayParts, SendsInOrderAndStopsWithTheRobot) {
+  if (std::system("python3 -c pass") != 0) GTEST_SKIP() << "no python3";
+  const Print print = small_print();
+  const EmittedFiles out = emit_robot(print.toolpaths, print.motion, print.machine);
+  const auto folder = std::filesystem::path(CURVESUP_BINARY_DIR) / "play_parts_test";
+  std::filesystem::create_directories(folder / "robot");
+  for (const EmittedFile& f : out.files) {
+    if (starts(f.name, "robot/")) std::ofstream(folder / f.name) << f.content;
+  }
+  std::ofstream(folder / "fake_robot.py") << kFakeRobot;
+  ASSERT_EQ(out.parts.size(), 4u);
+  EXPECT_EQ(play(folder, 0), "[2, 3, 4] 0\n");
+  EXPECT_EQ(play(folder, 3), "[2, 3] 1\n");
+  std::filesystem::remove_all(folder);
 }
 
 TEST(EmitWaypoints, RowsHoldNozzleTipsAndFilamentSoFar) {
