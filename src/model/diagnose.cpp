@@ -1,0 +1,256 @@
+#include "curvesup/model/diagnose.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "curvesup/core/format.h"
+#include "curvesup/mesh/triangle_tree.h"
+#include "model/mesh_checks.h"
+
+namespace curvesup {
+
+namespace {
+
+using namespace mesh_checks;
+using Severity = MeshProblem::Severity;
+
+constexpr double kNeedleQuality = 0.02;
+constexpr double kCloseGap = 1e-4;  // of the bounding-box diagonal
+
+Index size_of(const auto& container) { return static_cast<Index>(container.size()); }
+
+class Diagnosis {
+ public:
+  explicit Diagnosis(const TetMesh& mesh) : mesh_(mesh) {}
+
+  MeshDiagnosis run() {
+    result_.vertices = size_of(mesh_.vertices);
+    result_.tets = size_of(mesh_.tets);
+    if (mesh_.tets.empty())
+      add("no_tets", Severity::refused, "mesh", 1, {0}, "the mesh has no tets", "export a tetrahedral mesh");
+    keep_usable_tets();
+    look_at_vertices();
+    orient();
+    measure_tets();
+    look_at_faces();
+    return std::move(result_);
+  }
+
+ private:
+  void add(std::string name, Severity severity, std::string element, int ids_per_element, std::vector<Index> ids,
+           std::string text, std::string remedy) {
+    if (ids.empty()) return;
+    result_.problems.push_back({std::move(name), severity, std::move(element), ids_per_element, std::move(ids),
+                                std::move(text), std::move(remedy)});
+  }
+
+  template <std::size_t N>
+  static std::vector<Index> flat(const std::vector<std::array<Index, N>>& list) {
+    std::vector<Index> ids;
+    for (const auto& element : list) ids.insert(ids.end(), element.begin(), element.end());
+    return ids;
+  }
+
+  // Tets whose four corners exist and are finite go on, as tets of sound_; file_tet_ keeps their ids.
+  void keep_usable_tets() {
+    const auto out_of_range = tets_out_of_range(mesh_);
+    add("index_out_of_range", Severity::refused, "tet", 1, out_of_range, "vertex index outside the file's vertices",
+        "indices start at 0");
+    add("not_finite", Severity::refused, "vertex", 1, vertices_not_finite(mesh_), "coordinate is no finite number",
+        "mend the file");
+    std::size_t next_bad = 0;
+    for (Index t = 0; t < size_of(mesh_.tets); ++t) {
+      if (next_bad < out_of_range.size() && out_of_range[next_bad] == t) {
+        ++next_bad;
+        continue;
+      }
+      const auto& tet = mesh_.tets[t];
+      if (!std::all_of(tet.begin(), tet.end(), [&](Index v) { return mesh_.vertices[v].allFinite(); })) continue;
+      sound_.tets.push_back(tet);
+      file_tet_.push_back(t);
+    }
+    sound_.vertices = mesh_.vertices;
+    const Box box = bounding_box(sound_);
+    result_.low = box.low;
+    result_.high = box.high;
+    diagonal_ = box.diagonal();
+  }
+
+  void look_at_vertices() {
+    add("unreferenced_vertices", Severity::note, "vertex", 1, unreferenced_vertices(sound_), "no tet uses the vertex",
+        "harmless; its field value is ignored");
+    const auto first = first_of_equal_vertices(sound_);
+    std::vector<Index> duplicates;
+    for (Index v = 0; v < size_of(first); ++v) {
+      if (first[v] != v) duplicates.push_back(v);
+    }
+    add("duplicate_vertices", Severity::mended, "vertex", 1, duplicates, "another vertex lies at the same place",
+        "its tets are moved to the first of them");
+    for (auto& tet : sound_.tets) {
+      for (Index& v : tet) v = first[v];
+    }
+  }
+
+  std::vector<Index> file_tets(std::vector<Index> tets) const {
+    for (Index& t : tets) t = file_tet_[t];
+    return tets;
+  }
+
+  void orient() {
+    const auto volumes = classify_volumes(sound_, diagonal_);
+    add("zero_volume", Severity::refused, "tet", 1, file_tets(volumes.zero),
+        "tet without volume (below 1e-12 of the bounding-box diagonal cubed)", "remesh, or collapse the tet");
+    add("inverted_tets", Severity::mended, "tet", 1, file_tets(volumes.negative),
+        size_of(volumes.negative) == size_of(sound_.tets) ? "all tets are inside out" : "tet is inside out",
+        "two of its vertices are swapped");
+    for (const Index t : volumes.negative) std::swap(sound_.tets[t][2], sound_.tets[t][3]);
+    std::size_t next_zero = 0;
+    Index kept = 0;
+    for (Index t = 0; t < size_of(sound_.tets); ++t) {
+      if (next_zero < volumes.zero.size() && volumes.zero[next_zero] == t) {
+        ++next_zero;
+        continue;
+      }
+      sound_.tets[kept] = sound_.tets[t];
+      file_tet_[kept++] = file_tet_[t];
+    }
+    sound_.tets.resize(kept);
+    file_tet_.resize(kept);
+    result_.volume_mm3 = total_volume(sound_);
+  }
+
+  void measure_tets() {
+    if (sound_.tets.empty()) return;
+    double min_angle = std::numbers::pi, max_angle = 0.0;
+    result_.min_quality = result_.min_edge_mm = std::numeric_limits<double>::max();
+    std::vector<Index> needles;
+    for (Index t = 0; t < size_of(sound_.tets); ++t) {
+      const auto& tet = sound_.tets[t];
+      double squares = 0.0;
+      for (const auto& [i, j] : kTetEdge) {
+        const double square = (sound_.vertices[tet[i]] - sound_.vertices[tet[j]]).squaredNorm();
+        squares += square;
+        result_.min_edge_mm = std::min(result_.min_edge_mm, std::sqrt(square));
+        result_.max_edge_mm = std::max(result_.max_edge_mm, std::sqrt(square));
+      }
+      std::array<Vec3, 4> n;
+      for (int f = 0; f < 4; ++f) {
+        const auto v = face_vertices(tet, f);
+        n[f] = area_normal(sound_.vertices[v[0]], sound_.vertices[v[1]], sound_.vertices[v[2]]);
+      }
+      for (const auto& [i, j] : kTetEdge) {
+        const double angle = std::numbers::pi - std::atan2(n[i].cross(n[j]).norm(), n[i].dot(n[j]));
+        min_angle = std::min(min_angle, angle);
+        max_angle = std::max(max_angle, angle);
+      }
+      const double quality = 6.0 * std::numbers::sqrt2 * tet_volume(sound_, t) / std::pow(squares / 6.0, 1.5);
+      if (quality < kNeedleQuality) needles.push_back(file_tet_[t]);
+      if (quality < result_.min_quality) {
+        result_.min_quality = quality;
+        result_.worst_tet = file_tet_[t];
+      }
+    }
+    result_.min_dihedral_deg = min_angle * 180.0 / std::numbers::pi;
+    result_.max_dihedral_deg = max_angle * 180.0 / std::numbers::pi;
+    add("needle_tets", Severity::note, "tet", 1, needles,
+        "tet is nearly flat (quality below " + shortest(kNeedleQuality) + "): gradients in it are unreliable",
+        "remesh if layers look torn there");
+  }
+
+  void look_at_faces() {
+    const Faces faces = classify_faces(sound_);
+    result_.boundary_faces = size_of(faces.boundary);
+    add("overfull_faces", Severity::refused, "face", 3, flat(faces.overfull), "more than two tets on a face",
+        "remove the overlapping tets");
+    std::vector<std::array<Index, 2>> pairs = faces.overlapping;
+    for (auto& pair : pairs) pair = {file_tet_[pair[0]], file_tet_[pair[1]]};
+    add("overlapping_tets", Severity::refused, "tet pair", 2, flat(pairs),
+        "both tets lie on the same side of their common face", "remesh the model");
+    const Manifold manifold = check_manifold(faces.boundary, sound_.vertices.size());
+    add("non_manifold_edges", Severity::refused, "edge", 2, flat(manifold.bad_edges),
+        "the boundary touches itself along the edge", "join the parts by volume there, or move them apart");
+    add("non_manifold_vertices", Severity::refused, "vertex", 1, manifold.bad_vertices,
+        "the boundary touches itself in the vertex", "join the parts by volume there, or move them apart");
+    look_for_contacts(faces.boundary);
+    if (!result_.usable()) return;
+    const TetTopology topology = build_topology(sound_);
+    const Shape shape = measure_shape(sound_, topology, boundary_faces(sound_, topology));
+    result_.components = shape.components;
+    result_.cavities = shape.cavities;
+    result_.genus = shape.genus;
+  }
+
+  // Boundary edges that pass through a boundary face, and vertices that nearly touch one. Faces with a vertex in common
+  // are not compared.
+  void look_for_contacts(const std::vector<std::array<Index, 3>>& boundary) {
+    TriangleMesh surface{sound_.vertices, boundary};
+    const TriangleTree tree(surface);
+    const auto shares = [&](Index face, Index v) {
+      return std::find(boundary[face].begin(), boundary[face].end(), v) != boundary[face].end();
+    };
+    std::vector<std::array<Index, 3>> crossed;
+    std::vector<Index> close;
+    std::vector<char> seen(sound_.vertices.size(), 0);
+    const double gap = kCloseGap * diagonal_;
+    for (const auto& face : boundary) {
+      bool crossing = false;
+      for (int c = 0; c < 3; ++c) {
+        const Index a = face[c], b = face[(c + 1) % 3];
+        const Vec3 &pa = sound_.vertices[a], &pb = sound_.vertices[b];
+        tree.overlapping(pa.cwiseMin(pb), pa.cwiseMax(pb), [&](Index other) {
+          if (crossing || shares(other, a) || shares(other, b)) return;
+          crossing = crosses(pa, pb, boundary[other]);
+        });
+        if (seen[a]) continue;
+        seen[a] = 1;
+        bool near = false;
+        const Vec3 around = Vec3::Constant(gap);
+        tree.overlapping(pa - around, pa + around, [&](Index other) {
+          if (near || shares(other, a) || shares(other, b) || shares(other, face[(c + 2) % 3])) return;
+          const auto& t = boundary[other];
+          near =
+              (closest_point_on_triangle(pa, sound_.vertices[t[0]], sound_.vertices[t[1]], sound_.vertices[t[2]]) - pa)
+                  .norm() < gap;
+        });
+        if (near) close.push_back(a);
+      }
+      if (crossing) crossed.push_back(face);
+    }
+    std::sort(crossed.begin(), crossed.end());
+    std::sort(close.begin(), close.end());
+    add("intersecting_faces", Severity::note, "face", 3, flat(crossed),
+        "an edge of the face passes through another boundary face",
+        "the support domain cannot be meshed: separate the parts");
+    add("close_faces", Severity::note, "vertex", 1, close,
+        format("a boundary face without this vertex lies nearer than %.3g", gap),
+        "meshing the support domain may fail: separate or join the parts");
+  }
+
+  // The segment meets the inside of the face.
+  [[nodiscard]] bool crosses(const Vec3& a, const Vec3& b, const std::array<Index, 3>& face) const {
+    const Vec3 &p = sound_.vertices[face[0]], &q = sound_.vertices[face[1]], &r = sound_.vertices[face[2]];
+    const double above = tet_volume(p, q, r, a), below = tet_volume(p, q, r, b);
+    if (!(above * below < 0.0)) return false;
+    const double u = tet_volume(a, b, p, q), v = tet_volume(a, b, q, r), w = tet_volume(a, b, r, p);
+    return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
+  }
+
+  const TetMesh& mesh_;
+  TetMesh sound_;
+  std::vector<Index> file_tet_;
+  double diagonal_ = 0.0;
+  MeshDiagnosis result_;
+};
+
+}  // namespace
+
+bool MeshDiagnosis::usable() const {
+  return std::none_of(problems.begin(), problems.end(),
+                      [](const MeshProblem& p) { return p.severity == Severity::refused; });
+}
+
+MeshDiagnosis diagnose_mesh(const TetMesh& file_mesh) { return Diagnosis(file_mesh).run(); }
+
+}  // namespace curvesup
