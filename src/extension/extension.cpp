@@ -160,7 +160,7 @@ System assemble(const Domain& domain, const ScalarField& model_field, const Supp
       LeastSquaresRow& row = system.rows[inner + interface + 3 * i + c];
       builder.add_gradient(row, mesh, face.tet, Vec3::Unit(c));
       if (c == 2) row.target += median_gradient;
-      row.weight = options.floor_weight * face.area * face.area / tet_volume(mesh, face.tet);
+      row.weight = options.floor_weight * tet_volume(mesh, face.tet);
     }
   }
   for (std::size_t i = 0; i < faces.side.size(); ++i) {
@@ -169,17 +169,19 @@ System assemble(const Domain& domain, const ScalarField& model_field, const Supp
   return system;
 }
 
-// Side faces that -grad G leaves get the outflow weight, the others none. Returns how many do.
-Index weigh_outflow(const TetMesh& mesh, const SupportFaces& faces, const std::vector<double>& value, double weight,
+// Side faces that -grad G leaves get the outflow weight, the others none. Returns whether any weight changed.
+bool weigh_outflow(const TetMesh& mesh, const SupportFaces& faces, const std::vector<double>& value, double weight,
                     System& system) {
-  Index leaving = 0;
+  bool changed = false;
   for (std::size_t i = 0; i < faces.side.size(); ++i) {
     const Face& face = faces.side[i];
     const bool leaves = tet_gradient(mesh, face.tet, value).dot(face.normal) < 0.0;
-    system.rows[system.first_side + i].weight = leaves ? weight * face.area * face.area / tet_volume(mesh, face.tet) : 0.0;
-    leaving += leaves;
+    const double wanted = leaves ? weight * face.area * face.area / tet_volume(mesh, face.tet) : 0.0;
+    double& current = system.rows[system.first_side + i].weight;
+    changed = changed || current != wanted;
+    current = wanted;
   }
-  return leaving;
+  return changed;
 }
 
 void count_extrema(const Domain& domain, const std::vector<double>& value, ExtensionReport& report) {
@@ -223,7 +225,7 @@ ExtensionResult extend_field(const Domain& domain, const ScalarField& model_fiel
     std::copy(solution.begin(), solution.end(), value.begin() + domain.model_vertices);
     if (round == options.outflow_rounds || options.outflow_weight == 0.0) break;
     run.progress(static_cast<double>(round + 1) / (options.outflow_rounds + 1));
-    if (weigh_outflow(mesh, faces, value, options.outflow_weight, system) == 0) break;
+    if (!weigh_outflow(mesh, faces, value, options.outflow_weight, system)) break;
   }
   report.residual = solver.residual();
   result.field = make_scalar_field(mesh, std::move(value));

@@ -126,10 +126,44 @@ Shapes enclosed_shapes(const Model& model, const std::vector<Vec3>& trajectory_p
   return shapes;
 }
 
+// Directions spread evenly over the sphere, and the six axes, in which a shape's farthest points are looked for.
+std::vector<Vec3> search_directions() {
+  constexpr int kCount = 2000;
+  const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  std::vector<Vec3> directions;
+  for (int axis = 0; axis < 3; ++axis) {
+    directions.push_back(Vec3::Unit(axis));
+    directions.push_back(-Vec3::Unit(axis));
+  }
+  for (int i = 0; i < kCount; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / kCount, r = std::sqrt(1.0 - z * z);
+    directions.emplace_back(r * std::cos(golden * i), r * std::sin(golden * i), z);
+  }
+  return directions;
+}
+
+Vec3 farthest(const std::vector<Vec3>& points, const Vec3& direction) {
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    if (points[i].dot(direction) > points[best].dot(direction)) best = i;
+  }
+  return points[best];
+}
+
+// The farthest point of shape + prism is the sum of the farthest points of both: a couple of thousand points instead of
+// thirty-two for each vertex of the shape, and a surface that lacks at most a few tenths of a millimetre.
+void append_farthest_enlarged(const TriangleMesh& shape, double sideways, double upright, std::vector<Vec3>& points) {
+  TriangleMesh origin;
+  origin.vertices = {Vec3::Zero()};
+  std::vector<Vec3> prism;
+  append_enlarged(origin, sideways, upright, prism);
+  for (const Vec3& d : search_directions()) points.push_back(farthest(shape.vertices, d) + farthest(prism, d));
+}
+
 TriangleMesh enlarged_hull(const Shapes& shapes, double margin, double extra) {
   std::vector<Vec3> points;
-  append_enlarged(shapes.model, margin, margin, points);
-  append_enlarged(shapes.supported, margin + extra, margin, points);
+  append_farthest_enlarged(shapes.model, margin, margin, points);
+  append_farthest_enlarged(shapes.supported, margin + extra, margin, points);
   // A model that floats without any overhang still gets ground to stand on.
   double low = std::numeric_limits<double>::infinity();
   for (const Vec3& p : points) low = std::min(low, p.z());
