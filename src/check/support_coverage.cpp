@@ -81,10 +81,10 @@ bool meets_cylinder(const std::array<Vec3, 3>& triangle, const Vec3& p, const Ve
   std::array<Vec3, 8> polygon;
   std::array<double, 8> depth;
   int count = 3;
-  for (int c = 0; c < 3; ++c) {
-    polygon[c] = triangle[c] - p;
-    depth[c] = polygon[c].dot(down);
-  }
+  for (int c = 0; c < 3; ++c) depth[c] = (triangle[c] - p).dot(down);
+  if (std::min({depth[0], depth[1], depth[2]}) > reach || std::max({depth[0], depth[1], depth[2]}) < 1e-6 * reach)
+    return false;
+  for (int c = 0; c < 3; ++c) polygon[c] = triangle[c] - p;
   const auto cut = [&](double bound, double sign) {
     std::array<Vec3, 8> kept;
     std::array<double, 8> kept_depth;
@@ -151,14 +151,19 @@ struct SampleGrid {
 class Coverage {
  public:
   Coverage(const Subject& subject, const std::vector<Sample>& samples)
-      : subject_(subject), samples_(samples), grid_(samples, 2.0), covered_(samples.size()) {
+      : subject_(subject), samples_(samples), grid_(samples, 2.0), covered_(samples.size()), open_(grid_.grid.cells()) {
+    for (std::size_t c = 0; c < grid_.grid.cells(); ++c)
+      open_[c][0] = open_[c][1] = grid_.first[c + 1] - grid_.first[c];
     for (const Sample& s : samples) thickest_ = std::max(thickest_, s.thickness);
   }
 
   void add_platform() {
     for (std::size_t s = 0; s < samples_.size(); ++s) {
       const Sample& sample = samples_[s];
-      if (-sample.down.z() * sample.thickness >= sample.position.z()) covered_[s] |= kByModel;
+      if (-sample.down.z() * sample.thickness >= sample.position.z()) {
+        covered_[s] |= kByModel;
+        --open_[grid_.grid.index(grid_.grid.cell_of(sample.position))][0];
+      }
     }
   }
 
@@ -179,6 +184,8 @@ class Coverage {
       const Vec3 high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]) + around;
       if (grid_.outside(low, high)) continue;
       grid_.grid.visit(low, high, [&](std::size_t cell) {
+        auto& open = open_[cell][support];
+        if (open.load(std::memory_order_relaxed) == 0) return false;
         for (Index i = grid_.first[cell]; i < grid_.first[cell + 1]; ++i) {
           const Index s = grid_.sample[i];
           if (covered_[s].load(std::memory_order_relaxed) & bit) continue;
@@ -186,8 +193,9 @@ class Coverage {
           const Vec3& q = sample.position;
           if ((q.array() < low.array()).any() || (q.array() > high.array()).any()) continue;
           const double reach = 1.5 * std::max(thickness, sample.thickness) + gap;
-          if (meets_cylinder(corners, q, sample.down, reach, radius))
-            covered_[s].fetch_or(bit, std::memory_order_relaxed);
+          if (!meets_cylinder(corners, q, sample.down, reach, radius)) continue;
+          if (!(covered_[s].fetch_or(bit, std::memory_order_relaxed) & bit))
+            open.fetch_sub(1, std::memory_order_relaxed);
         }
         return false;
       });
@@ -201,6 +209,8 @@ class Coverage {
   const std::vector<Sample>& samples_;
   SampleGrid grid_;
   std::vector<std::atomic<std::uint8_t>> covered_;  // bits are only ever set: the order of the threads does not matter
+  // By cell and material, samples that are not covered yet: full cells are passed over.
+  std::vector<std::array<std::atomic<Index>, 2>> open_;
   double thickest_ = 0.0;
 };
 

@@ -28,31 +28,48 @@ std::array<Vec3, 3> corners_of(const LayerStack& stack, Index triangle) {
 // Face-connected parts of a sheet, ascending by their first triangle.
 std::vector<Piece> pieces_of(const LayerStack& stack, Index sheet_index) {
   const Sheet& sheet = stack.sheets[sheet_index];
-  struct Side {
-    Index low, high, triangle;
-  };
-  std::vector<Side> sides;
-  sides.reserve(3 * static_cast<std::size_t>(sheet.triangle_count));
+  // Sides in buckets by their lower vertex; two triangles share a side when they meet in a bucket with equal higher
+  // ones.
+  Index lowest = std::numeric_limits<Index>::max(), highest = 0;
   for (Index t = 0; t < sheet.triangle_count; ++t) {
-    const auto& v = stack.triangles[sheet.first_triangle + t];
-    for (int c = 0; c < 3; ++c) {
-      const auto [low, high] = std::minmax(v[c], v[(c + 1) % 3]);
-      sides.push_back({low, high, t});
+    for (const Index v : stack.triangles[sheet.first_triangle + t]) {
+      lowest = std::min(lowest, v);
+      highest = std::max(highest, v);
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-  });
+  if (sheet.triangle_count == 0) return {};
+  struct Side {
+    Index high, triangle;
+  };
+  std::vector<Index> first(static_cast<std::size_t>(highest - lowest) + 2, 0);
+  const auto for_each_side = [&](const auto& use) {
+    for (Index t = 0; t < sheet.triangle_count; ++t) {
+      const auto& v = stack.triangles[sheet.first_triangle + t];
+      for (int c = 0; c < 3; ++c) {
+        const Index a = v[c], b = v[(c + 1) % 3];
+        use(std::min(a, b) - lowest, Side{std::max(a, b), t});
+      }
+    }
+  };
+  for_each_side([&](Index bucket, const Side&) { ++first[bucket + 1]; });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<Side> sides(first.back());
+  std::vector<Index> next(first.begin(), first.end() - 1);
+  for_each_side([&](Index bucket, const Side& side) { sides[next[bucket]++] = side; });
   std::vector<Index> parent(sheet.triangle_count);
   std::iota(parent.begin(), parent.end(), 0);
   const auto find = [&](Index i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
-  for (std::size_t i = 1; i < sides.size(); ++i) {
-    if (sides[i].low != sides[i - 1].low || sides[i].high != sides[i - 1].high) continue;
-    const Index a = find(sides[i].triangle), b = find(sides[i - 1].triangle);
-    parent[std::max(a, b)] = std::min(a, b);
+  for (std::size_t bucket = 0; bucket + 1 < first.size(); ++bucket) {
+    for (Index i = first[bucket]; i < first[bucket + 1]; ++i) {
+      for (Index j = i + 1; j < first[bucket + 1]; ++j) {
+        if (sides[i].high != sides[j].high) continue;
+        const Index a = find(sides[i].triangle), b = find(sides[j].triangle);
+        parent[std::max(a, b)] = std::min(a, b);
+      }
+    }
   }
   std::vector<Index> piece_of(sheet.triangle_count, kNone);
   std::vector<Piece> pieces;
