@@ -182,6 +182,10 @@ class ChainWriter {
         length += move.length_mm;
         volume += move.volume_mm3;
         seconds += move.duration_s;
+        // The Duet runs through where the robot stops: it takes the stop's time over the whole chunk.
+        if (k + 1 < static_cast<int>(chain.moves.size()) && move.blend_mm == 0.0) {
+          seconds += move.feed_mm_s / (1000.0 * machine_.speeds.print_acceleration_m_s2);
+        }
       }
       x += length;
       lines.push_back("G1 X" + fixed(x, 4) + " E" + fixed(volume * per_mm3, 6) + " F" +
