@@ -94,8 +94,7 @@ std::string stop_section(const Machine& machine) {
           fixed(machine.filaments[1].retract_mm, 2) + " mm (" + machine.filaments[1].name + "). If part N starts with a change, it is\n"
           "   the filament before the change. Remove what was printed of part N's first path, or accept it twice.\n";
   if (machine.link.kind != DuetLink::stream) {
-    text += "3. On the Duet: `M42 P" + std::to_string(machine.link.duet_acknowledge_output) +
-            " S0`, `M23 \"print.g\"`, `M26 S<byte offset of part N>`, `M24`. Offsets: table below, `manifest.json`.\n";
+    text += "3. On the Duet: `M23 \"print.g\"`, `M26 S<byte offset of part N>`, `M24`. Offsets: table below, `manifest.json`.\n";
   } else {
     text += "3. Run `duet/print.g` on the Duet again.\n";
   }

@@ -136,7 +136,11 @@ void count(const Program& program, const Machine& machine, EmitReport& report) {
   for (std::size_t i = 0; i < program.chains.size(); ++i) {
     const Chain& chain = program.chains[i];
     const auto material = static_cast<std::size_t>(chain.motion->material);
-    for (const Move& move : chain.moves) report.printed_volume_mm3[material] += move.volume_mm3;
+    const double max_flow = machine.filaments[material].max_flow_mm3_s;
+    for (const Move& move : chain.moves) {
+      report.printed_volume_mm3[material] += move.volume_mm3;
+      if (move.duration_s > 0.0) report.max_flow_ratio = std::max(report.max_flow_ratio, move.volume_mm3 / (move.duration_s * max_flow));
+    }
     if (chain.motion->material_change_before) {
       const Filament& next = machine.filaments[material];
       const int loaded = program.states[i].loaded;
@@ -257,6 +261,8 @@ void add_checks(const Toolpaths& toolpaths, const Machine& machine, const Emitte
   report.checks.push_back(check_equal("emit.parts_over_cap", static_cast<double>(over), 0.0, "robot parts above a cap"));
   report.checks.push_back(check_at_most("emit.chunk_mismatch_s", report.max_chunk_mismatch_s, 0.05,
                                         "robot against Duet by the time model, longest difference of a chunk"));
+  report.checks.push_back(check_at_most("emit.flow_ratio", report.max_flow_ratio, 1.0 + 1e-6,
+                                        "bead volume per second of a move, of the filament's largest flow"));
 }
 
 }  // namespace

@@ -51,6 +51,7 @@ struct EmitReport {
   std::size_t tight_gates = 0;                        // gates with less than stop_margin_s after a stop
   std::size_t stops = 0;                              // inside chains: both machines stop
   double max_chunk_mismatch_s = 0.0;
+  double max_flow_ratio = 0.0;                        // volume per second of a move, of the filament's max_flow_mm3_s
   std::vector<Check> checks;
 };
 
