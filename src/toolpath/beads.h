@@ -1,0 +1,20 @@
+#pragma once
+
+#include "toolpath/track.h"
+
+namespace curvesup::toolpath {
+
+// A path with its beads, still by itself.
+struct BeadPath {
+  PathKind kind = PathKind::contour;
+  bool closed = false;
+  std::vector<PathPoint> points;
+};
+
+// Height of a bead of the given thickness whose middle is at `position`: to the platform where that is nearer.
+[[nodiscard]] double clipped_height(double thickness, const Vec3& position, const Vec3& normal);
+
+// Joins segments while the track stays straight and the layer equally thick, and gives each its height and volume.
+[[nodiscard]] BeadPath lay_beads(const PieceMesh& mesh, const Track& track);
+
+}  // namespace curvesup::toolpath

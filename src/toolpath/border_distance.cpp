@@ -1,0 +1,272 @@
+#include "toolpath/border_distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace curvesup::toolpath {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr int kRefineRounds = 6;
+
+// Turns x, which is perpendicular to the unit vector a, by the smallest rotation that takes a to the unit vector b.
+Vec3 turned(const Vec3& x, const Vec3& a, const Vec3& b) {
+  const double c = 1.0 + a.dot(b);
+  if (c < 0.1) return x - b * b.dot(x);  // a fold of the surface: no smooth frame exists
+  return x - (b.dot(x) / c) * (a + b);
+}
+
+// The edge vector laid flat into the plane across `normal`, its length kept.
+Vec3 laid_flat(const Vec3& edge, const Vec3& normal) {
+  const Vec3 flat = edge - normal * normal.dot(edge);
+  const double length = flat.norm();
+  return length > 1e-12 ? Vec3(flat * (edge.norm() / length)) : Vec3(flat);
+}
+
+Vec3 middle_normal(const Vec3& a, const Vec3& b) {
+  const Vec3 sum = a + b;
+  const double length = sum.norm();
+  return length > 1e-6 ? Vec3(sum / length) : a;
+}
+
+Vec3 rotated(const Vec3& x, const Vec3& axis, double c, double s) { return c * x + s * axis.cross(x); }
+
+}  // namespace
+
+BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) : mesh_(std::move(mesh)) {
+  fronts_.resize(mesh_.vertices.size());
+  collect_border();
+  propagate(true);
+  bool refined = false;
+  for (int round = 0; round < kRefineRounds && refine(options); ++round) refined = true;
+  if (refined) propagate(false);
+  edges_ = make_edges(mesh_);
+}
+
+void BorderDistance::collect_border() {
+  for (Front& front : fronts_) front = Front{.distance = kFar};
+  std::vector<Index> leaving(mesh_.vertices.size(), kNone), from, to;
+  for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+    for (int i = 0; i < 3; ++i) {
+      if (mesh_.neighbours[t][i] != kNone) continue;
+      leaving[mesh_.triangles[t][i]] = static_cast<Index>(from.size());
+      from.push_back(mesh_.triangles[t][i]);
+      to.push_back(mesh_.triangles[t][next3(i)]);
+    }
+  }
+  const std::size_t n = from.size();
+  if (n == 0) {  // a closed surface: rings around its first vertex
+    border_ = {{0}, {0}, {0.0}, {1.0}, {0.0}};
+    fronts_[0] = {.start = Vec3::Zero(), .tangent = Vec3::UnitX(), .distance = 0.0, .edge = 0};
+    return;
+  }
+  border_.next.resize(n);
+  border_.previous.resize(n);
+  border_.length.resize(n);
+  border_.turn_cos.resize(n);
+  border_.turn_sin.resize(n);
+  std::vector<Vec3> tangent(n);
+  for (std::size_t e = 0; e < n; ++e) {
+    const Vec3 along = mesh_.vertices[to[e]] - mesh_.vertices[from[e]];
+    border_.length[e] = along.norm();
+    border_.next[e] = leaving[to[e]];
+    border_.previous[border_.next[e]] = static_cast<Index>(e);
+    tangent[e] = laid_flat(along, mesh_.normals[from[e]]);
+  }
+  // An edge of no length takes over the direction of the one before it.
+  for (std::size_t e = 0; e < n; ++e) {
+    Index source = static_cast<Index>(e);
+    for (int step = 0; step < 8 && border_.length[source] < 1e-9; ++step) source = border_.previous[source];
+    const Vec3& normal = mesh_.normals[from[e]];
+    Vec3 direction = tangent[source] - normal * normal.dot(tangent[source]);
+    const double length = direction.norm();
+    direction = length > 1e-12 ? Vec3(direction / length) : Vec3(normal.unitOrthogonal());
+    fronts_[from[e]] = {.start = Vec3::Zero(), .tangent = direction, .distance = 0.0, .edge = static_cast<Index>(e)};
+  }
+  for (std::size_t e = 0; e < n; ++e) {
+    const Vec3& normal = mesh_.normals[to[e]];
+    const Vec3 before = turned(fronts_[from[e]].tangent, mesh_.normals[from[e]], normal);
+    const Vec3& after = fronts_[to[e]].tangent;
+    const double c = before.dot(after), s = normal.dot(before.cross(after)), length = std::hypot(c, s);
+    border_.turn_cos[e] = length > 0.0 ? c / length : 1.0;
+    border_.turn_sin[e] = length > 0.0 ? s / length : 0.0;
+  }
+}
+
+Vec3 BorderDistance::to_border(const Front& front) const {
+  const double along = std::clamp(-front.start.dot(front.tangent), 0.0, border_.length[front.edge]);
+  return front.start + along * front.tangent;
+}
+
+// Follows the border from the front's edge, both ways, while that comes nearer.
+void BorderDistance::slide(Front& front, const Vec3& normal) const {
+  constexpr int kPatience = 2;  // steps that need not pay, so that a notch does not stop the search
+  const double along = -front.start.dot(front.tangent), length = border_.length[front.edge];
+  front.distance = (front.start + std::clamp(along, 0.0, length) * front.tangent).norm();
+  if (along > 0.0 && along < length) return;
+  const bool forward = along >= length && length > 0.0;
+  Front walk = front;
+  for (int wait = 0, step = 0; wait <= kPatience && step < 1000; ++step) {
+    if (forward) {
+      walk.start += border_.length[walk.edge] * walk.tangent;
+      walk.tangent = rotated(walk.tangent, normal, border_.turn_cos[walk.edge], border_.turn_sin[walk.edge]);
+      walk.edge = border_.next[walk.edge];
+    } else {
+      walk.edge = border_.previous[walk.edge];
+      walk.tangent = rotated(walk.tangent, normal, border_.turn_cos[walk.edge], -border_.turn_sin[walk.edge]);
+      walk.start -= border_.length[walk.edge] * walk.tangent;
+    }
+    walk.distance = to_border(walk).norm();
+    if (walk.distance < front.distance) {
+      front = walk;
+      wait = 0;
+    } else {
+      ++wait;
+    }
+  }
+}
+
+Front BorderDistance::seen_from(Index vertex, const Vec3& offset, const Vec3& normal) const {
+  const Vec3 between = middle_normal(mesh_.normals[vertex], normal);
+  const Vec3 step = turned(laid_flat(offset, between), between, normal);
+  Front front = fronts_[vertex];
+  front.start = turned(front.start, mesh_.normals[vertex], normal) - step;
+  front.tangent = turned(front.tangent, mesh_.normals[vertex], normal);
+  slide(front, normal);
+  return front;
+}
+
+void BorderDistance::propagate(bool from_border) {
+  const Index n = static_cast<Index>(mesh_.vertices.size());
+  std::vector<Index> first(n + 1, 0);
+  const auto for_edges = [&](const auto& visit) {
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      for (int i = 0; i < 3; ++i) {
+        if (mesh_.neighbours[t][i] == kNone || mesh_.neighbours[t][i] > static_cast<Index>(t)) {
+          visit(mesh_.triangles[t][i], mesh_.triangles[t][next3(i)]);
+        }
+      }
+    }
+  };
+  for_edges([&](Index a, Index b) { ++first[a + 1], ++first[b + 1]; });
+  for (Index v = 0; v < n; ++v) first[v + 1] += first[v];
+  std::vector<Index> around(first[n]), fill(first.begin(), first.end() - 1);
+  for_edges([&](Index a, Index b) { around[fill[a]++] = b, around[fill[b]++] = a; });
+
+  struct Entry {
+    double distance;
+    Index vertex;
+  };
+  const auto later = [](const Entry& x, const Entry& y) {
+    return x.distance != y.distance ? x.distance > y.distance : x.vertex > y.vertex;
+  };
+  std::vector<Entry> heap;
+  const auto push = [&](Index v) {
+    heap.push_back({fronts_[v].distance, v});
+    std::push_heap(heap.begin(), heap.end(), later);
+  };
+  // A frame that is handed round a fold or a needle can shrink a little with every turn, so a vertex may be set only
+  // once in the first pass and improved a few times in the second.
+  std::vector<std::uint8_t> changes_left(n, from_border ? 255 : 3);
+  const auto relax_from = [&](Index v) {
+    for (Index k = first[v]; k < first[v + 1]; ++k) {
+      const Index w = around[k];
+      // No neighbour can be nearer than by the length of the edge; the slack covers what curvature adds.
+      const Vec3 offset = mesh_.vertices[w] - mesh_.vertices[v];
+      const double reach = offset.norm() * 1.05 + 1e-9;
+      if (changes_left[w] == 0 || fronts_[w].distance <= fronts_[v].distance - reach || fronts_[w].distance == 0.0) continue;
+      Front front = seen_from(v, offset, mesh_.normals[w]);
+      if (front.distance < fronts_[w].distance - 1e-6 && (front.distance >= fronts_[v].distance - reach || fronts_[w].edge == kNone)) {
+        fronts_[w] = front;
+        --changes_left[w];
+        push(w);
+      }
+    }
+  };
+  if (from_border) {
+    for (Index v = 0; v < n; ++v) {
+      if (fronts_[v].distance == 0.0) push(v);
+    }
+  } else {
+    for (Index v = 0; v < n; ++v) relax_from(v);
+  }
+  while (!heap.empty()) {
+    std::pop_heap(heap.begin(), heap.end(), later);
+    const Entry entry = heap.back();
+    heap.pop_back();
+    if (entry.distance != fronts_[entry.vertex].distance) continue;
+    if (from_border) changes_left[entry.vertex] = 0;
+    relax_from(entry.vertex);
+  }
+}
+
+bool BorderDistance::refine(const DistanceOptions& options) {
+  const EdgeTable table = make_edges(mesh_);
+  std::vector<Index> middle(table.edges.size(), kNone);
+  bool any = false;
+  for (std::size_t e = 0; e < table.edges.size(); ++e) {
+    const Edge& edge = table.edges[e];
+    if (edge.right == kNone) continue;
+    const Vec3 half = 0.5 * (mesh_.vertices[edge.to] - mesh_.vertices[edge.from]);
+    if (4.0 * half.squaredNorm() < options.min_edge_mm * options.min_edge_mm) continue;
+    const Vec3 normal = middle_normal(mesh_.normals[edge.from], mesh_.normals[edge.to]);
+    Front front = seen_from(edge.from, half, normal);
+    const Front other = seen_from(edge.to, -half, normal);
+    if (other.distance < front.distance) front = other;
+    const double linear = 0.5 * (fronts_[edge.from].distance + fronts_[edge.to].distance);
+    if (std::abs(front.distance - linear) <= options.tolerance_mm) continue;
+    middle[e] = static_cast<Index>(mesh_.vertices.size());
+    mesh_.vertices.push_back(mesh_.vertices[edge.from] + half);
+    mesh_.normals.push_back(normal);
+    fronts_.push_back(front);
+    any = true;
+  }
+  if (!any) return false;
+
+  std::vector<std::array<Index, 3>> triangles;
+  std::vector<double> thickness;
+  triangles.reserve(2 * mesh_.triangles.size());
+  thickness.reserve(2 * mesh_.triangles.size());
+  for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+    const auto& corner = mesh_.triangles[t];
+    std::array<Index, 3> cut;
+    int count = 0;
+    for (int i = 0; i < 3; ++i) count += (cut[i] = middle[table.of_triangle[t][i]]) != kNone;
+    const auto add = [&](Index a, Index b, Index c) {
+      triangles.push_back({a, b, c});
+      thickness.push_back(mesh_.thickness[t]);
+    };
+    if (count == 0) {
+      add(corner[0], corner[1], corner[2]);
+    } else if (count == 3) {
+      for (int i = 0; i < 3; ++i) add(corner[i], cut[i], cut[prev3(i)]);
+      add(cut[0], cut[1], cut[2]);
+    } else if (count == 1) {
+      int i = 0;
+      while (cut[i] == kNone) ++i;
+      add(corner[i], cut[i], corner[prev3(i)]);
+      add(cut[i], corner[next3(i)], corner[prev3(i)]);
+    } else {
+      int i = 0;  // edges i and i + 1 are cut: corner i + 1 goes, a quadrilateral stays
+      while (cut[i] == kNone || cut[next3(i)] == kNone) ++i;
+      const Index a = corner[i], b = corner[next3(i)], c = corner[prev3(i)], ab = cut[i], bc = cut[next3(i)];
+      add(ab, b, bc);
+      const double first = (mesh_.vertices[a] - mesh_.vertices[bc]).squaredNorm();
+      const double second = (mesh_.vertices[ab] - mesh_.vertices[c]).squaredNorm();
+      if (first <= second) {
+        add(a, ab, bc);
+        add(a, bc, c);
+      } else {
+        add(a, ab, c);
+        add(ab, bc, c);
+      }
+    }
+  }
+  mesh_.triangles = std::move(triangles);
+  mesh_.thickness = std::move(thickness);
+  connect_triangles(mesh_);
+  return true;
+}
+
+}  // namespace curvesup::toolpath

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <vector>
+
+#include "toolpath/piece_mesh.h"
+
+namespace curvesup::toolpath {
+
+// The border of a piece as directed edges, the piece on their left. Loops close by next / previous.
+struct Border {
+  std::vector<Index> next, previous;
+  std::vector<double> length;
+  std::vector<double> turn_cos, turn_sin;  // by which the tangent turns from an edge to the next one, about the normal
+};
+
+// The straight line from a point of the surface to the nearest place on the border, unrolled into the tangent plane of
+// that point: where the border edge starts and which way it runs, as seen from there.
+struct Front {
+  Vec3 start = Vec3::Zero();
+  Vec3 tangent = Vec3::UnitX();
+  double distance = 0.0;
+  Index edge = kNone;
+};
+
+struct DistanceOptions {
+  double tolerance_mm = 0.02;  // an edge is halved while its middle is farther than this off the linear value ...
+  double min_edge_mm = 0.36;   // ... and it is longer than this
+};
+
+// Distance to the border of a piece in mm along its surface, at vertices so dense that linear interpolation holds.
+//
+// Each vertex keeps the nearest border edge, unrolled into its tangent plane; neighbours hand it on by the rotation that
+// takes one normal into the other, and slide along the border to the nearest place, in the order of Dijkstra. Exact on
+// planes; the error on gently curved pieces is of the third order in edge length over radius. Needles and degenerate
+// triangles do no harm, since only edge vectors and smooth normals enter. O(n log n).
+class BorderDistance {
+ public:
+  BorderDistance(PieceMesh mesh, const DistanceOptions& options);
+
+  [[nodiscard]] const PieceMesh& mesh() const { return mesh_; }
+  [[nodiscard]] const EdgeTable& edges() const { return edges_; }
+  [[nodiscard]] double distance(Index vertex) const { return fronts_[vertex].distance; }
+  [[nodiscard]] const Front& front(Index vertex) const { return fronts_[vertex]; }
+
+  // The front of `vertex` as seen from the point vertex + offset, whose unit normal is given.
+  [[nodiscard]] Front seen_from(Index vertex, const Vec3& offset, const Vec3& normal) const;
+  // From the point that owns the front to the nearest place on the border; length = front.distance.
+  [[nodiscard]] Vec3 to_border(const Front& front) const;
+
+ private:
+  void collect_border();
+  void propagate(bool from_border);
+  bool refine(const DistanceOptions& options);
+  void slide(Front& front, const Vec3& normal) const;
+
+  PieceMesh mesh_;
+  EdgeTable edges_;
+  Border border_;
+  std::vector<Front> fronts_;
+};
+
+}  // namespace curvesup::toolpath

@@ -1,0 +1,84 @@
+#include "toolpath/fill_piece.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "toolpath/rings.h"
+
+namespace curvesup::toolpath {
+namespace {
+
+// A piece too small for anything else: one short line through its deepest place, along the way that is longest, as wide
+// as makes its area that of the piece.
+Track lay_dot(const BorderDistance& distance, const BeadWidths& beads) {
+  const PieceMesh& mesh = distance.mesh();
+  Index deepest = 0, farthest = 0;
+  for (Index v = 0; v < static_cast<Index>(mesh.vertices.size()); ++v) {
+    if (distance.distance(v) > distance.distance(deepest)) deepest = v;
+  }
+  const Vec3 centre = mesh.vertices[deepest];
+  for (Index v = 0; v < static_cast<Index>(mesh.vertices.size()); ++v) {
+    if ((mesh.vertices[v] - centre).squaredNorm() > (mesh.vertices[farthest] - centre).squaredNorm()) farthest = v;
+  }
+  const Vec3 heading = mesh.vertices[farthest] - centre;
+  Track track{.kind = PathKind::centre_line, .points = {}};
+  // Half the dot to either side; the triangle around `centre` that the heading enters is found by trying.
+  const double wanted = std::max(std::sqrt(mesh.area), mesh.area / beads.max);
+  const auto walk_to = [&](const Vec3& direction) {
+    Walk best;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (const Index v : mesh.triangles[t]) {
+        if (v != deepest) continue;
+        Walk walk = walk_straight(distance, {static_cast<Index>(t), centre}, direction, 0.5 * wanted);
+        if (walk.length > best.length) best = std::move(walk);
+      }
+    }
+    return best;
+  };
+  const Walk back = walk_to(-heading), forth = walk_to(heading);
+  const double length = back.length + forth.length;
+  if (length < 1e-4) return track;
+  const double width = std::clamp(mesh.area / length, beads.min, beads.max);
+  for (std::size_t i = back.points.size(); i-- > 0;) {
+    TrackPoint p = back.points[i];
+    p.triangle = i + 1 < back.points.size() ? back.points[i + 1].triangle : kNone;
+    p.width = width;
+    track.points.push_back(p);
+  }
+  TrackPoint middle{centre, mesh.normals[deepest], width, back.points.empty() ? kNone : back.points[0].triangle};
+  track.points.push_back(middle);
+  for (TrackPoint p : forth.points) {
+    p.width = width;
+    track.points.push_back(p);
+  }
+  return track;
+}
+
+}  // namespace
+
+FilledPiece fill_piece(PieceMesh mesh, const Sheet&, const ToolpathOptions& options) {
+  const BeadWidths beads{options.bead_width_mm, options.min_bead_mm, options.max_bead_mm};
+  const BorderDistance distance(std::move(mesh), {.tolerance_mm = 0.025 * beads.width, .min_edge_mm = 0.45 * beads.width});
+  const Ridge ridge(distance, beads);
+  std::vector<Track> tracks = trace_rings(distance, ridge, beads.width, std::numeric_limits<int>::max() / 2);
+  FilledPiece filled;
+  filled.rings = static_cast<Index>(tracks.size());
+  for (Track& line : ridge.centre_lines()) {
+    ++filled.centre_lines;
+    tracks.push_back(std::move(line));
+  }
+  for (const Track& track : tracks) {
+    BeadPath path = lay_beads(distance.mesh(), track);
+    if (!path.points.empty()) filled.paths.push_back(std::move(path));
+  }
+  if (filled.paths.empty()) {
+    ++filled.dots;
+    BeadPath path = lay_beads(distance.mesh(), lay_dot(distance, beads));
+    if (!path.points.empty()) filled.paths.push_back(std::move(path));
+  }
+  filled.naive_paths = static_cast<Index>(filled.paths.size());
+  return filled;
+}
+
+}  // namespace curvesup::toolpath

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "curvesup/toolpath/plan_toolpaths.h"
+#include "toolpath/beads.h"
+
+namespace curvesup::toolpath {
+
+struct FilledPiece {
+  std::vector<BeadPath> paths;
+  Index rings = 0, centre_lines = 0, dots = 0;
+  Index naive_paths = 0;  // one for each ring, line and dot
+};
+
+// All beads of one piece.
+[[nodiscard]] FilledPiece fill_piece(PieceMesh mesh, const Sheet& sheet, const ToolpathOptions& options);
+
+}  // namespace curvesup::toolpath

@@ -1,0 +1,190 @@
+#include "toolpath/piece_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "curvesup/mesh/triangle_mesh.h"
+
+namespace curvesup::toolpath {
+namespace {
+
+struct HalfEdge {
+  Index other = kNone;  // the larger vertex
+  Index triangle = kNone;
+  std::int8_t edge = 0;
+  bool ascending = false;
+};
+
+// Across edge i of each triangle lies which one; vertices are ids below vertex_count.
+std::vector<std::array<Index, 3>> pair_edges(const std::vector<std::array<Index, 3>>& triangles, Index vertex_count) {
+  std::vector<Index> first(vertex_count + 1, 0);
+  for (const auto& t : triangles) {
+    for (int i = 0; i < 3; ++i) ++first[std::min(t[i], t[next3(i)]) + 1];
+  }
+  for (Index v = 0; v < vertex_count; ++v) first[v + 1] += first[v];
+  std::vector<HalfEdge> half(3 * triangles.size());
+  std::vector<Index> fill(first.begin(), first.end() - 1);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (int i = 0; i < 3; ++i) {
+      const Index a = triangles[t][i], b = triangles[t][next3(i)];
+      half[fill[std::min(a, b)]++] = {std::max(a, b), static_cast<Index>(t), static_cast<std::int8_t>(i), a < b};
+    }
+  }
+  std::vector<std::array<Index, 3>> neighbours(triangles.size(), {kNone, kNone, kNone});
+  for (Index v = 0; v < vertex_count; ++v) {
+    const auto begin = half.begin() + first[v], end = half.begin() + first[v + 1];
+    std::sort(begin, end, [](const HalfEdge& x, const HalfEdge& y) {
+      return x.other != y.other ? x.other < y.other : x.triangle < y.triangle;
+    });
+    for (auto run = begin; run != end;) {
+      auto stop = run;
+      while (stop != end && stop->other == run->other) ++stop;
+      if (stop - run == 2 && run->ascending != run[1].ascending && run->triangle != run[1].triangle) {
+        neighbours[run->triangle][run->edge] = run[1].triangle;
+        neighbours[run[1].triangle][run[1].edge] = run->triangle;
+      }
+      run = stop;
+    }
+  }
+  return neighbours;
+}
+
+void set_normals(PieceMesh& mesh, const std::vector<Vec3>& triangle_direction) {
+  mesh.normals.assign(mesh.vertices.size(), Vec3::Zero());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    const double area = triangle_area(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
+    mesh.area += area;
+    const Vec3 weighted = (area + 1e-12) * triangle_direction[t];
+    for (const Index v : {a, b, c}) mesh.normals[v] += weighted;
+  }
+  for (Vec3& normal : mesh.normals) {
+    const double length = normal.norm();
+    normal = length > 0.0 ? Vec3(normal / length) : Vec3::UnitZ();
+  }
+}
+
+}  // namespace
+
+void connect_triangles(PieceMesh& mesh) {
+  mesh.neighbours = pair_edges(mesh.triangles, static_cast<Index>(mesh.vertices.size()));
+}
+
+int edge_with_end(const PieceMesh& mesh, Index triangle, Index from, Index to) {
+  const auto& corners = mesh.triangles[triangle];
+  for (int i = 0; i < 3; ++i) {
+    if (corners[i] == from && corners[next3(i)] == to) return i;
+  }
+  return -1;
+}
+
+EdgeTable make_edges(const PieceMesh& mesh) {
+  EdgeTable table;
+  table.of_triangle.assign(mesh.triangles.size(), {kNone, kNone, kNone});
+  table.edges.reserve(mesh.triangles.size() * 3 / 2 + mesh.triangles.size() / 4);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (int i = 0; i < 3; ++i) {
+      if (table.of_triangle[t][i] != kNone) continue;
+      const Index from = mesh.triangles[t][i], to = mesh.triangles[t][next3(i)];
+      const Index id = static_cast<Index>(table.edges.size()), right = mesh.neighbours[t][i];
+      table.edges.push_back({from, to, static_cast<Index>(t), right});
+      table.of_triangle[t][i] = id;
+      if (right != kNone) table.of_triangle[right][edge_with_end(mesh, right, to, from)] = id;
+    }
+  }
+  return table;
+}
+
+std::vector<PieceMesh> split_into_pieces(const LayerStack& stack, const Sheet& sheet,
+                                         std::span<const Vec3> triangle_gradient) {
+  // Vertices of the sheet, renumbered densely in ascending order.
+  std::vector<Index> ids;
+  std::vector<Index> kept;
+  for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
+    const auto& [a, b, c] = stack.triangles[t];
+    if (a == b || b == c || c == a) continue;
+    kept.push_back(t);
+    ids.insert(ids.end(), {a, b, c});
+  }
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::vector<std::array<Index, 3>> triangles(kept.size());
+  for (std::size_t t = 0; t < kept.size(); ++t) {
+    for (int i = 0; i < 3; ++i) {
+      const Index v = stack.triangles[kept[t]][i];
+      triangles[t][i] = static_cast<Index>(std::lower_bound(ids.begin(), ids.end(), v) - ids.begin());
+    }
+  }
+  const auto neighbours = pair_edges(triangles, static_cast<Index>(ids.size()));
+
+  std::vector<PieceMesh> pieces;
+  std::vector<Index> members, piece_triangle(triangles.size(), kNone);
+  std::vector<std::array<Index, 3>> corner_vertex(triangles.size(), {kNone, kNone, kNone});
+  std::vector<char> seen(triangles.size(), 0);
+  for (std::size_t seed = 0; seed < triangles.size(); ++seed) {
+    if (seen[seed]) continue;
+    members.assign(1, static_cast<Index>(seed));
+    seen[seed] = 1;
+    for (std::size_t head = 0; head < members.size(); ++head) {
+      for (const Index n : neighbours[members[head]]) {
+        if (n != kNone && !seen[n]) {
+          seen[n] = 1;
+          members.push_back(n);
+        }
+      }
+    }
+    std::sort(members.begin(), members.end());
+
+    PieceMesh piece;
+    std::vector<Vec3> direction;
+    // One vertex for each fan of triangles around a point of the sheet.
+    const auto number_fan = [&](Index triangle, int corner) {
+      const Index id = static_cast<Index>(piece.vertices.size()), point = triangles[triangle][corner];
+      piece.vertices.push_back(stack.vertices[ids[point]]);
+      std::array<Index, 2> front{triangle, triangle};
+      corner_vertex[triangle][corner] = id;
+      for (int side = 0; side < 2; ++side) {
+        Index t = front[side];
+        int c = corner;
+        while (true) {
+          const Index n = neighbours[t][side == 0 ? c : prev3(c)];
+          if (n == kNone) break;
+          // The pair runs oppositely in n; among its corners the point is where that edge ends (side 0) or starts.
+          const Index far = triangles[t][side == 0 ? next3(c) : prev3(c)];
+          int at = -1;
+          for (int i = 0; i < 3; ++i) {
+            const Index from = triangles[n][i], to = triangles[n][next3(i)];
+            if (side == 0 && from == far && to == point) at = next3(i);
+            if (side == 1 && from == point && to == far) at = i;
+          }
+          if (corner_vertex[n][at] != kNone) break;
+          corner_vertex[n][at] = id;
+          t = n;
+          c = at;
+        }
+      }
+    };
+    for (std::size_t m = 0; m < members.size(); ++m) {
+      const Index t = members[m];
+      piece_triangle[t] = static_cast<Index>(m);
+      for (int i = 0; i < 3; ++i) {
+        if (corner_vertex[t][i] == kNone) number_fan(t, i);
+      }
+    }
+    for (const Index t : members) {
+      piece.triangles.push_back(corner_vertex[t]);
+      const Vec3& gradient = triangle_gradient[kept[t]];
+      const double slope = gradient.norm();
+      piece.thickness.push_back(slope > 0.0 ? 1.0 / (stack.count * sheet.passes * slope) : 0.0);
+      direction.push_back(slope > 0.0 ? Vec3(gradient / slope) : Vec3::UnitZ());
+      std::array<Index, 3> across = neighbours[t];
+      for (Index& n : across) n = n == kNone ? kNone : piece_triangle[n];
+      piece.neighbours.push_back(across);
+    }
+    set_normals(piece, direction);
+    pieces.push_back(std::move(piece));
+  }
+  return pieces;
+}
+
+}  // namespace curvesup::toolpath

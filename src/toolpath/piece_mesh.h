@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "curvesup/layers/layer_stack.h"
+
+namespace curvesup::toolpath {
+
+// A face-connected part of one sheet as a manifold triangle mesh of its own: a vertex where two fans touch is doubled.
+// Edge i of a triangle runs from its corner i to corner i + 1.
+struct PieceMesh {
+  std::vector<Vec3> vertices;
+  std::vector<Vec3> normals;  // unit, smooth, along +grad G
+  std::vector<std::array<Index, 3>> triangles;
+  std::vector<std::array<Index, 3>> neighbours;  // across edge i; kNone on the border
+  std::vector<double> thickness;                 // of the layer at each triangle
+  double area = 0.0;
+};
+
+struct Edge {
+  Index from = kNone, to = kNone;
+  Index left = kNone, right = kNone;  // triangles; right is kNone on the border
+};
+
+struct EdgeTable {
+  std::vector<Edge> edges;
+  std::vector<std::array<Index, 3>> of_triangle;
+};
+
+// Pairs the triangles' edges that run in opposite directions between the same vertices. An edge that more than two
+// triangles use, or two in the same direction, is a border of each. O(triangles).
+void connect_triangles(PieceMesh& mesh);
+[[nodiscard]] EdgeTable make_edges(const PieceMesh& mesh);
+
+// The pieces of a sheet, in the order of their lowest triangle.
+[[nodiscard]] std::vector<PieceMesh> split_into_pieces(const LayerStack& stack, const Sheet& sheet,
+                                                       std::span<const Vec3> triangle_gradient);
+
+[[nodiscard]] inline int next3(int i) { return i == 2 ? 0 : i + 1; }
+[[nodiscard]] inline int prev3(int i) { return i == 0 ? 2 : i - 1; }
+
+// The corner of triangle `other` where its edge to `triangle` starts, being the edge that ends at vertex `end`.
+[[nodiscard]] int edge_with_end(const PieceMesh& mesh, Index triangle, Index from, Index to);
+
+}  // namespace curvesup::toolpath

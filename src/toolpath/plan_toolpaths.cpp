@@ -1,0 +1,332 @@
+#include "curvesup/toolpath/plan_toolpaths.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "curvesup/core/error.h"
+#include "curvesup/core/format.h"
+#include "curvesup/core/parallel.h"
+#include "curvesup/mesh/triangle_mesh.h"
+#include "toolpath/fill_piece.h"
+#include "toolpath/order.h"
+
+namespace curvesup {
+namespace {
+
+using namespace toolpath;
+
+void require(bool holds, const char* key, double value, const char* limit) {
+  if (holds) return;
+  throw Error(ErrorKind::usage, "toolpath", format("%s = %g, must be %s", key, value, limit));
+}
+
+void validate(const ToolpathOptions& o) {
+  require(o.bead_width_mm > 0.0, "bead_width_mm", o.bead_width_mm, "> 0");
+  require(o.min_bead_mm > 0.0 && o.min_bead_mm <= o.bead_width_mm, "min_bead_mm", o.min_bead_mm, "in (0, bead_width_mm]");
+  require(o.max_bead_mm >= o.bead_width_mm && o.max_bead_mm <= 2.0 * o.bead_width_mm, "max_bead_mm", o.max_bead_mm,
+          "in [bead_width_mm, 2 bead_width_mm]");
+  require(o.max_flow_mm3_s > 0.0, "max_flow_mm3_s", o.max_flow_mm3_s, "> 0");
+  require(o.filament_diameter_mm > 0.0, "filament_diameter_mm", o.filament_diameter_mm, "> 0");
+  require(o.support_batch_layers >= 1, "support_batch_layers", o.support_batch_layers, ">= 1");
+  require(o.min_speed_mm_s > 0.0, "min_speed_mm_s", o.min_speed_mm_s, "> 0");
+  require(o.travel_speed_mm_s > 0.0, "travel_speed_mm_s", o.travel_speed_mm_s, "> 0");
+  for (const auto& material : o.material) {
+    require(material.speed_mm_s > 0.0, "speed_mm_s", material.speed_mm_s, "> 0");
+    require(material.perimeters >= 0, "perimeters", material.perimeters, ">= 0");
+    require(material.line_spacing_mm >= 0.0, "line_spacing_mm", material.line_spacing_mm, ">= 0");
+  }
+}
+
+// What one sheet yields.
+struct SheetBeads {
+  std::vector<PieceBeads> pieces;
+  double layer_volume = 0.0;
+  Index rings = 0, centre_lines = 0, dots = 0, dust = 0, without_path = 0, naive_paths = 0;
+  double dust_area = 0.0;
+  std::vector<UnprintedPiece> unprinted;
+};
+
+double sheet_volume(const LayerStack& stack, const Sheet& sheet, std::span<const Vec3> gradient) {
+  double sum = 0.0;
+  for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
+    const auto& [a, b, c] = stack.triangles[t];
+    const double slope = gradient[t].norm();
+    if (slope <= 0.0) continue;
+    const Vec3 centre = (stack.vertices[a] + stack.vertices[b] + stack.vertices[c]) / 3.0;
+    const double thickness = 1.0 / (stack.count * sheet.passes * slope);
+    sum += triangle_area(stack.vertices[a], stack.vertices[b], stack.vertices[c]) *
+           clipped_height(thickness, centre, gradient[t] / slope);
+  }
+  return sum;
+}
+
+SheetBeads plan_sheet(const LayerStack& stack, Index index, std::span<const Vec3> gradient, const ToolpathOptions& options) {
+  const Sheet& sheet = stack.sheets[index];
+  SheetBeads beads;
+  beads.layer_volume = sheet_volume(stack, sheet, gradient);
+  const double dust_limit = 0.02 * options.bead_width_mm * options.bead_width_mm;
+  for (PieceMesh& mesh : split_into_pieces(stack, sheet, gradient)) {
+    PieceBeads piece{.sheet = index, .area = mesh.area, .centre = Vec3::Zero(), .paths = {}};
+    for (const Vec3& v : mesh.vertices) piece.centre += v / static_cast<double>(mesh.vertices.size());
+    if (mesh.area < dust_limit) {
+      ++beads.dust;
+      beads.dust_area += mesh.area;
+      beads.unprinted.push_back({sheet.layer, sheet.material, piece.centre, mesh.area});
+      continue;
+    }
+    FilledPiece filled = fill_piece(std::move(mesh), sheet, options);
+    beads.rings += filled.rings;
+    beads.centre_lines += filled.centre_lines;
+    beads.dots += filled.dots;
+    beads.naive_paths += filled.naive_paths;
+    piece.paths = std::move(filled.paths);
+    if (piece.paths.empty()) {
+      ++beads.without_path;
+      beads.unprinted.push_back({sheet.layer, sheet.material, piece.centre, piece.area});
+    }
+    beads.pieces.push_back(std::move(piece));
+  }
+  return beads;
+}
+
+double cross_distance(const PathPoint& point, const Vec3& from) { return (point.position - from).norm(); }
+
+std::size_t seam_point(const BeadPath& path, const ToolpathOptions& options, const Vec3& at, std::uint64_t& random) {
+  const std::size_t n = path.points.size() - 1;
+  std::size_t best = 0;
+  if (options.seam == SeamRule::random) {
+    random = random * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<std::size_t>(random >> 33) % n;
+  }
+  if (options.seam == SeamRule::sharpest_corner) {
+    double sharpest = 2.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const Vec3 in = path.points[i].position - path.points[i == 0 ? n - 1 : i - 1].position;
+      const Vec3 out = path.points[i + 1].position - path.points[i].position;
+      const double cosine = in.dot(out) / std::max(1e-12, in.norm() * out.norm());
+      if (cosine < sharpest - 1e-9) sharpest = cosine, best = i;
+    }
+    return best;
+  }
+  // Aligned: always towards the same far corner, so that seams stack up; nearest: towards the nozzle.
+  const Vec3 target = options.seam == SeamRule::aligned ? Vec3(0.0, 1e4, 0.0) : at;
+  for (std::size_t i = 1; i < n; ++i) {
+    if (cross_distance(path.points[i], target) < cross_distance(path.points[best], target)) best = i;
+  }
+  return best;
+}
+
+// Chooses order, direction and seam of a piece's paths from where the nozzle stands.
+void arrange_paths(PieceBeads& piece, const ToolpathOptions& options, Vec3& at, std::uint64_t& random) {
+  for (std::size_t done = 0; done < piece.paths.size(); ++done) {
+    std::size_t best = done;
+    double nearest = 1e300;
+    for (std::size_t i = done; i < piece.paths.size(); ++i) {
+      const BeadPath& path = piece.paths[i];
+      double d = std::min(cross_distance(path.points.front(), at), cross_distance(path.points.back(), at));
+      if (path.closed) {
+        for (const PathPoint& p : path.points) d = std::min(d, cross_distance(p, at));
+      }
+      if (d < nearest) nearest = d, best = i;
+    }
+    std::swap(piece.paths[done], piece.paths[best]);
+    BeadPath& path = piece.paths[done];
+    if (path.closed) {
+      start_at(path, seam_point(path, options, at, random));
+    } else if (cross_distance(path.points.back(), at) < cross_distance(path.points.front(), at)) {
+      reverse(path);
+    }
+    at = path.points.back().position;
+  }
+}
+
+void set_feeds(PieceBeads& piece, Material material, const ToolpathOptions& options) {
+  const double speed = options.material[static_cast<int>(material)].speed_mm_s;
+  double seconds = 0.0;
+  for (BeadPath& path : piece.paths) {
+    for (std::size_t i = 0; i < path.points.size(); ++i) {
+      PathPoint& p = path.points[i];
+      double feed = speed;
+      const bool on_platform = p.position.z() - 1.01 * p.tip_offset_mm * p.normal.z() <= 0.0;
+      if (on_platform) feed *= options.first_layer_speed_factor;
+      const double section = p.width_mm * p.height_mm;
+      if (section > 0.0) feed = std::min(feed, options.max_flow_mm3_s / section);
+      p.feed_mm_s = feed;
+      if (i > 0) seconds += (p.position - path.points[i - 1].position).norm() / feed;
+    }
+  }
+  if (seconds >= options.min_layer_time_s || seconds <= 0.0) return;
+  const double factor = seconds / options.min_layer_time_s;
+  for (BeadPath& path : piece.paths) {
+    for (PathPoint& p : path.points) {
+      p.feed_mm_s = std::max(std::min(options.min_speed_mm_s, p.feed_mm_s), p.feed_mm_s * factor);
+    }
+  }
+}
+
+class Assembly {
+ public:
+  Assembly(const LayerStack& stack, const ToolpathOptions& options) : stack_(stack), options_(options), random_(options.seed) {}
+
+  void append(const Run& run, std::vector<PieceBeads>& pieces) {
+    if (started_ && run.material != material_) ++report_.material_changes;
+    std::vector<Vec3> centres;
+    for (const PieceBeads& piece : pieces) centres.push_back(piece.centre);
+    for (const Index i : short_tour(centres, at_)) append(run, pieces[i]);
+    report_.groups = run.group + 1;
+  }
+
+  ToolpathResult finish() {
+    report_.paths = static_cast<Index>(paths_.paths.size());
+    report_.points = static_cast<Index>(paths_.points.size());
+    const double section = 0.25 * std::numbers::pi * options_.filament_diameter_mm * options_.filament_diameter_mm;
+    for (int m = 0; m < kMaterialCount; ++m) report_.filament_mm[m] = report_.volume_mm3[m] / section;
+    report_.time_s += report_.travel_mm / options_.travel_speed_mm_s + report_.jumps * options_.jump_overhead_s +
+                      report_.material_changes * options_.material_change_s;
+    return {std::move(paths_), std::move(report_)};
+  }
+
+  ToolpathReport& report() { return report_; }
+
+ private:
+  void append(const Run& run, PieceBeads& piece) {
+    const Index id = report_.pieces++;
+    if (piece.paths.empty()) return;
+    const Sheet& sheet = stack_.sheets[piece.sheet];
+    Vec3 at = at_;
+    arrange_paths(piece, options_, at, random_);
+    set_feeds(piece, sheet.material, options_);
+    bool first_of_piece = true;
+    const int m = static_cast<int>(sheet.material);
+    for (const BeadPath& path : piece.paths) {
+      if (started_) {
+        const double travel = (path.points.front().position - at_).norm();
+        ++report_.jumps;
+        if (!first_of_piece) ++report_.jumps_inside_pieces;
+        report_.travel_mm += travel;
+        if (travel > options_.retract_travel_mm || run.material != material_) ++report_.retractions;
+      }
+      first_of_piece = false;
+      started_ = true;
+      material_ = run.material;
+      Path entry{.layer = sheet.layer, .pass = sheet.pass, .passes = sheet.passes, .material = sheet.material};
+      entry.kind = path.kind;
+      entry.closed = path.closed;
+      entry.piece = id;
+      entry.group = run.group;
+      entry.first_point = static_cast<Index>(paths_.points.size());
+      entry.point_count = static_cast<Index>(path.points.size());
+      for (std::size_t i = 1; i < path.points.size(); ++i) {
+        const PathPoint& p = path.points[i];
+        const double length = (p.position - path.points[i - 1].position).norm();
+        report_.length_mm[m] += length;
+        report_.volume_mm3[m] += p.volume_mm3;
+        report_.time_s += length / p.feed_mm_s;
+        report_.min_height_mm = report_.max_height_mm == 0.0 ? p.height_mm : std::min(report_.min_height_mm, p.height_mm);
+        report_.max_height_mm = std::max(report_.max_height_mm, p.height_mm);
+      }
+      paths_.paths.push_back(entry);
+      paths_.points.insert(paths_.points.end(), path.points.begin(), path.points.end());
+      at_ = path.points.back().position;
+    }
+    piece.paths.clear();
+    piece.paths.shrink_to_fit();
+  }
+
+  const LayerStack& stack_;
+  const ToolpathOptions& options_;
+  Toolpaths paths_;
+  ToolpathReport report_;
+  Vec3 at_ = Vec3::Zero();
+  Material material_ = Material::model;
+  bool started_ = false;
+  std::uint64_t random_;
+};
+
+void add_checks(ToolpathReport& report, const ToolpathOptions& options) {
+  auto& checks = report.checks;
+  checks.push_back(check_equal("toolpath.pieces_without_path", report.pieces_without_path, 0,
+                               "every piece of every layer has a path"));
+  for (int m = 0; m < kMaterialCount; ++m) {
+    const double layers = report.layer_volume_mm3[m];
+    const double off = layers > 0.0 ? std::abs(report.volume_mm3[m] / layers - 1.0) : 0.0;
+    checks.push_back(check_at_most(m == 0 ? "toolpath.model_volume" : "toolpath.support_volume", off, 0.01,
+                                   "bead volumes against area times thickness, relative"));
+  }
+  if (options.min_height_mm) {
+    checks.push_back(check_at_least("toolpath.min_height_mm", report.min_height_mm, *options.min_height_mm,
+                                    "lowest bead"));
+  }
+  if (options.max_height_mm) {
+    checks.push_back(check_at_most("toolpath.max_height_mm", report.max_height_mm, *options.max_height_mm,
+                                   "highest bead"));
+  }
+}
+
+}  // namespace
+
+ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const LayerStack& printed,
+                              const ToolpathOptions& options, const RunContext& run) {
+  validate(options);
+  const std::size_t sheet_count = printed.sheets.size();
+  std::vector<SheetBeads> sheets(sheet_count);
+  parallel_for(sheet_count, 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t s = begin; s < end; ++s) {
+      sheets[s] = plan_sheet(printed, static_cast<Index>(s), triangle_gradient, options);
+    }
+  });
+  run.progress(0.9);
+
+  Assembly assembly(printed, options);
+  ToolpathReport& report = assembly.report();
+  for (const Run& material_run : order_runs(printed.sheets, options.support_batch_layers)) {
+    run.check_stop();
+    std::vector<PieceBeads> pieces;
+    int pass = -1;
+    Index layer = kNone;
+    const auto flush = [&] {
+      if (!pieces.empty()) assembly.append(material_run, pieces);
+      pieces.clear();
+    };
+    for (const Index s : material_run.sheets) {
+      if (printed.sheets[s].layer != layer || printed.sheets[s].pass != pass) flush();
+      layer = printed.sheets[s].layer;
+      pass = printed.sheets[s].pass;
+      for (PieceBeads& piece : sheets[s].pieces) pieces.push_back(std::move(piece));
+      sheets[s].pieces.clear();
+    }
+    flush();
+  }
+  for (std::size_t s = 0; s < sheet_count; ++s) {
+    const SheetBeads& from = sheets[s];
+    report.layer_volume_mm3[static_cast<int>(printed.sheets[s].material)] += from.layer_volume;
+    report.rings += from.rings;
+    report.centre_lines += from.centre_lines;
+    report.dots += from.dots;
+    report.dust_pieces += from.dust;
+    report.dust_area_mm2 += from.dust_area;
+    report.pieces_without_path += from.without_path;
+    report.naive_jumps += from.naive_paths;
+    report.naive_jumps_inside_pieces += from.naive_paths;
+    report.unprinted.insert(report.unprinted.end(), from.unprinted.begin(), from.unprinted.end());
+  }
+  report.naive_jumps = std::max<Index>(0, report.naive_jumps - 1);
+  report.naive_jumps_inside_pieces -= report.pieces - report.pieces_without_path;
+  std::stable_sort(report.unprinted.begin(), report.unprinted.end(),
+                   [](const UnprintedPiece& x, const UnprintedPiece& y) { return x.area_mm2 > y.area_mm2; });
+  if (report.unprinted.size() > 100) report.unprinted.resize(100);
+  ToolpathResult result = assembly.finish();
+  add_checks(result.report, options);
+  run.progress(1.0);
+  return result;
+}
+
+ToolpathResult plan_toolpaths(const Domain&, const ScalarField& field, const LayerStack& printed,
+                              const ToolpathOptions& options, const RunContext& run) {
+  std::vector<Vec3> gradient(printed.triangles.size());
+  for (std::size_t t = 0; t < gradient.size(); ++t) gradient[t] = field.gradient[printed.triangle_tet[t]];
+  return plan_toolpaths(gradient, printed, options, run);
+}
+
+}  // namespace curvesup

@@ -1,0 +1,292 @@
+#include "toolpath/ridge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace curvesup::toolpath {
+namespace {
+
+constexpr double kMeetingCosine = -0.5;  // fronts that meet under more than 120 degrees
+
+}  // namespace
+
+Ridge::Ridge(const BorderDistance& distance, const BeadWidths& beads) : distance_(distance), beads_(beads) {
+  find_nodes();
+  if (nodes_.empty()) return;
+  cut_to_strips();
+  chain_up();
+  hand_down();
+}
+
+bool Ridge::fits(double distance) const {
+  const double n = std::floor(distance / beads_.width), left = 2.0 * (distance - n * beads_.width);
+  return left <= beads_.max && (n == 0.0 || left >= beads_.min);
+}
+
+void Ridge::find_nodes() {
+  const PieceMesh& mesh = distance_.mesh();
+  const auto& table = distance_.edges();
+  edge_node_.assign(table.edges.size(), kNone);
+  std::vector<Vec3> uphill(mesh.vertices.size());
+  for (std::size_t v = 0; v < uphill.size(); ++v) uphill[v] = distance_.to_border(distance_.front(static_cast<Index>(v)));
+  for (std::size_t e = 0; e < table.edges.size(); ++e) {
+    const Edge& edge = table.edges[e];
+    if (edge.right == kNone) continue;
+    const Vec3 whole = mesh.vertices[edge.to] - mesh.vertices[edge.from];
+    if (whole.squaredNorm() < 1e-18) continue;
+    const double from = distance_.distance(edge.from), to = distance_.distance(edge.to);
+    // Most edges have both ends on one side of the ridge: seen without any unrolling.
+    if (uphill[edge.from].dot(uphill[edge.to]) > 0.3 * from * to && from > 0.0 && to > 0.0) continue;
+    const Vec3 normal = (mesh.normals[edge.from] + mesh.normals[edge.to]).normalized();
+    const Front left = distance_.seen_from(edge.from, 0.5 * whole, normal);
+    const Front right = distance_.seen_from(edge.to, -0.5 * whole, normal);
+    const Vec3 to_left = distance_.to_border(left), to_right = distance_.to_border(right);
+    if (to_left.dot(to_right) > kMeetingCosine * left.distance * right.distance) continue;
+    // Where both are equally far.
+    double low = 0.0, high = 1.0, at = 0.5, value = 0.5 * (left.distance + right.distance);
+    for (int i = 0; i < 10; ++i) {
+      at = 0.5 * (low + high);
+      const double d_left = distance_.seen_from(edge.from, at * whole, normal).distance;
+      const double d_right = distance_.seen_from(edge.to, (at - 1.0) * whole, normal).distance;
+      value = 0.5 * (d_left + d_right);
+      (d_left < d_right ? low : high) = at;
+    }
+    edge_node_[e] = static_cast<Index>(nodes_.size());
+    const Vec3 up = ((1.0 - at) * mesh.normals[edge.from] + at * mesh.normals[edge.to]).normalized();
+    nodes_.push_back({mesh.vertices[edge.from] + at * whole, up, value});
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    std::array<Index, 3> found;
+    int count = 0;
+    for (const Index e : table.of_triangle[t]) {
+      if (edge_node_[e] != kNone) found[count++] = edge_node_[e];
+    }
+    if (count == 2) segments_.push_back({found[0], found[1], static_cast<Index>(t)});
+    if (count == 3) {
+      Node centre{Vec3::Zero(), Vec3::Zero(), 0.0};
+      for (const Index n : found) {
+        centre.position += nodes_[n].position / 3.0;
+        centre.normal += nodes_[n].normal;
+        centre.distance += nodes_[n].distance / 3.0;
+      }
+      centre.normal.normalize();
+      nodes_.push_back(centre);
+      for (const Index n : found) segments_.push_back({n, static_cast<Index>(nodes_.size()) - 1, static_cast<Index>(t)});
+    }
+  }
+}
+
+// Keeps the parts of the segments that one centre line fits.
+void Ridge::cut_to_strips() {
+  std::vector<Segment> kept;
+  cut_end_.assign(nodes_.size(), 0);
+  const auto add_node = [&](const Segment& s, double part) {
+    const Node a = nodes_[s.a], b = nodes_[s.b];
+    nodes_.push_back({a.position + part * (b.position - a.position), (a.normal + part * (b.normal - a.normal)).normalized(),
+                      a.distance + part * (b.distance - a.distance)});
+    cut_end_.push_back(1);
+    return static_cast<Index>(nodes_.size()) - 1;
+  };
+  std::vector<double> parts;
+  for (const Segment& s : segments_) {
+    const double from = nodes_[s.a].distance, to = nodes_[s.b].distance;
+    parts.assign({0.0, 1.0});
+    const double low = std::min(from, to), high = std::max(from, to);
+    for (int n = static_cast<int>(low / beads_.width); n * beads_.width <= high; ++n) {
+      for (const double limit : {n == 0 ? 0.0 : beads_.min, beads_.max}) {
+        const double at = n * beads_.width + 0.5 * limit;
+        if (at > low && at < high) parts.push_back((at - from) / (to - from));
+      }
+    }
+    std::sort(parts.begin(), parts.end());
+    Index previous = s.a;
+    for (std::size_t i = 1; i < parts.size(); ++i) {
+      const double middle = from + 0.5 * (parts[i - 1] + parts[i]) * (to - from);
+      const Index next = i + 1 == parts.size() ? s.b : (fits(middle) || fits(from + 0.5 * (parts[i] + parts[i + 1]) * (to - from))) ? add_node(s, parts[i]) : kNone;
+      if (fits(middle)) kept.push_back({previous, next, s.triangle});
+      previous = next;
+    }
+  }
+  segments_ = std::move(kept);
+}
+
+void Ridge::chain_up() {
+  std::vector<std::array<Index, 4>> arms(nodes_.size(), {kNone, kNone, kNone, kNone});
+  std::vector<std::uint8_t> degree(nodes_.size(), 0);
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    for (const Index v : {segments_[s].a, segments_[s].b}) {
+      if (degree[v] < 4) arms[v][degree[v]++] = static_cast<Index>(s);
+    }
+  }
+  const auto other_end = [&](Index s, Index v) { return segments_[s].a == v ? segments_[s].b : segments_[s].a; };
+  // Where three arms meet, the shortest one goes if it is no longer than a bead and leads nowhere.
+  const auto remove_arm = [&](Index v, Index s) {
+    int kept = 0;
+    for (int i = 0; i < degree[v]; ++i) {
+      if (arms[v][i] != s) arms[v][kept++] = arms[v][i];
+    }
+    degree[v] = static_cast<std::uint8_t>(kept);
+  };
+  std::vector<char> used(segments_.size(), 0);
+  std::vector<Index> arm, shortest;
+  for (Index v = 0; v < static_cast<Index>(nodes_.size()); ++v) {
+    if (degree[v] < 3) continue;
+    double least = beads_.width;
+    shortest.clear();
+    for (int i = 0; i < degree[v]; ++i) {
+      arm.assign(1, arms[v][i]);
+      Index at = other_end(arm.back(), v);
+      double length = (nodes_[at].position - nodes_[v].position).norm();
+      while (degree[at] == 2 && length < least) {
+        const Index on = arms[at][0] == arm.back() ? arms[at][1] : arms[at][0];
+        const Index to = other_end(on, at);
+        length += (nodes_[to].position - nodes_[at].position).norm();
+        arm.push_back(on);
+        at = to;
+      }
+      if (degree[at] == 1 && length < least) least = length, shortest = arm;
+    }
+    for (const Index s : shortest) {
+      used[s] = 1;
+      remove_arm(segments_[s].a, s);
+      remove_arm(segments_[s].b, s);
+    }
+  }
+  // Of three arms the two straightest go on into each other.
+  const auto mate = [&](Index v, Index s) -> Index {
+    if (degree[v] == 2) return arms[v][0] == s ? arms[v][1] : arms[v][0];
+    if (degree[v] < 2) return kNone;
+    double straightest = 2.0;
+    std::array<Index, 2> pair{kNone, kNone};
+    for (int i = 0; i < degree[v]; ++i) {
+      for (int j = i + 1; j < degree[v]; ++j) {
+        const Vec3 x = (nodes_[other_end(arms[v][i], v)].position - nodes_[v].position).normalized();
+        const Vec3 y = (nodes_[other_end(arms[v][j], v)].position - nodes_[v].position).normalized();
+        if (x.dot(y) < straightest) straightest = x.dot(y), pair = {arms[v][i], arms[v][j]};
+      }
+    }
+    return pair[0] == s ? pair[1] : pair[1] == s ? pair[0] : kNone;
+  };
+  const auto follow = [&](Index start, Index segment) {
+    std::vector<Index> chain{start}, under{kNone};
+    for (Index v = start, s = segment; s != kNone && !used[s];) {
+      used[s] = 1;
+      v = other_end(s, v);
+      chain.push_back(v);
+      under.push_back(segments_[s].triangle);
+      s = mate(v, s);
+    }
+    double length = 0.0, distance = 0.0;
+    for (std::size_t i = 1; i < chain.size(); ++i) {
+      length += (nodes_[chain[i]].position - nodes_[chain[i - 1]].position).norm();
+    }
+    for (const Index v : chain) distance = std::max(distance, nodes_[v].distance);
+    // A spur beside a longer line, or a short remainder in a corner, is left to the beads around it.
+    const bool spur = degree[chain.front()] > 2 || degree[chain.back()] > 2;
+    const bool cut = cut_end_[chain.front()] || cut_end_[chain.back()];
+    if (length < 0.75 * beads_.width && (spur || cut) && distance > beads_.width) return;
+    if (spur && length < distance) return;
+    for (const Index v : chain) nodes_[v].filled = true;
+    chains_.push_back(std::move(chain));
+    chain_under_.push_back(std::move(under));
+  };
+  for (Index v = 0; v < static_cast<Index>(nodes_.size()); ++v) {
+    for (int i = 0; i < degree[v]; ++i) {
+      if (!used[arms[v][i]] && mate(v, arms[v][i]) == kNone) follow(v, arms[v][i]);
+    }
+  }
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    if (!used[s]) follow(segments_[s].a, static_cast<Index>(s));  // a loop
+  }
+}
+
+double Ridge::slack(Index node, const Vec3& position, double distance) const {
+  return (nodes_[node].position - position).norm() - (nodes_[node].distance - distance);
+}
+
+// Gives each vertex the ridge node that its steepest ascent leads to: the one that is reached with the least slack.
+void Ridge::hand_down() {
+  const PieceMesh& mesh = distance_.mesh();
+  const auto& edges = distance_.edges().edges;
+  node_of_vertex_.assign(mesh.vertices.size(), kNone);
+  const auto offer = [&](Index vertex, Index node) {
+    const double here = distance_.distance(vertex);
+    if (nodes_[node].distance - here > 2.0 * beads_.width) return;
+    Index& held = node_of_vertex_[vertex];
+    const double now = slack(node, mesh.vertices[vertex], here);
+    if (held == kNone || now < slack(held, mesh.vertices[vertex], here)) held = node;
+  };
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    if (edge_node_[e] == kNone) continue;
+    offer(edges[e].from, edge_node_[e]);
+    offer(edges[e].to, edge_node_[e]);
+  }
+  // Downhill along the edges, highest end first.
+  std::vector<std::pair<double, Index>> order;
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    order.push_back({-std::max(distance_.distance(edges[e].from), distance_.distance(edges[e].to)), static_cast<Index>(e)});
+  }
+  std::sort(order.begin(), order.end());
+  for (const auto& [height, e] : order) {
+    Index up = edges[e].from, down = edges[e].to;
+    if (distance_.distance(up) < distance_.distance(down)) std::swap(up, down);
+    if (node_of_vertex_[up] != kNone) offer(down, node_of_vertex_[up]);
+  }
+}
+
+double Ridge::ring_width(int level, Index from, Index to, const Vec3& position) const {
+  const double w = beads_.width, here = (level + 0.5) * w;
+  if (nodes_.empty()) return w;
+  Index best = kNone;
+  for (const Index vertex : {from, to}) {
+    const Index node = node_of_vertex_[vertex];
+    if (node != kNone && (best == kNone || slack(node, position, here) < slack(best, position, here))) best = node;
+  }
+  if (best == kNone || slack(best, position, here) > 0.8 * w) return w;
+  const double top = nodes_[best].distance;
+  const int rings = static_cast<int>(std::floor(top / w));
+  const double left = 2.0 * (top - rings * w);
+  if (nodes_[best].filled) return level >= rings ? 0.0 : w;
+  if (level >= rings) return std::max(beads_.min, 0.5 * left);
+  if (level == rings - 1 && left <= w) return w + 0.5 * left;
+  return w;
+}
+
+std::vector<Track> Ridge::centre_lines() const {
+  std::vector<Track> tracks;
+  const double draw_out = std::numbers::pi / 8.0;  // a half disc of diameter R has the area of R x R pi/8
+  for (std::size_t c = 0; c < chains_.size(); ++c) {
+    Track track{.kind = PathKind::centre_line, .points = {}};
+    for (std::size_t i = 0; i < chains_[c].size(); ++i) {
+      const Node& node = nodes_[chains_[c][i]];
+      const double left = 2.0 * (node.distance - std::floor(node.distance / beads_.width) * beads_.width);
+      const double width = std::clamp(left, beads_.min, beads_.max);
+      track.points.push_back({node.position, node.normal, width, chain_under_[c][i]});
+    }
+    track.closed = chains_[c].size() > 3 && chains_[c].front() == chains_[c].back();
+    if (!track.closed) {
+      for (int side = 0; side < 2; ++side) {
+        auto& points = track.points;
+        std::reverse(points.begin(), points.end());
+        // Reversal moves each segment's triangle and width to its other end.
+        for (std::size_t i = points.size() - 1; i > 0; --i) points[i].triangle = points[i - 1].triangle;
+        points[0].triangle = kNone;
+        const Index end = side == 0 ? chains_[c].front() : chains_[c].back();
+        if (cut_end_[end] || points.size() < 2) continue;
+        const TrackPoint last = points.back();
+        Vec3 heading = last.position - points[points.size() - 2].position;
+        const Walk walk = walk_straight(distance_, {last.triangle, last.position}, heading, draw_out * last.width);
+        for (TrackPoint p : walk.points) {
+          p.width = last.width;
+          points.push_back(p);
+        }
+      }
+    }
+    tracks.push_back(std::move(track));
+  }
+  return tracks;
+}
+
+}  // namespace curvesup::toolpath

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <vector>
+
+#include "toolpath/track.h"
+
+namespace curvesup::toolpath {
+
+struct BeadWidths {
+  double width = 0.8, min = 0.2, max = 1.2;
+};
+
+// Where fronts from two sides of the piece meet under more than a right angle and a third: the medial line, apart from
+// its branches into corners, which rings fill by themselves.
+//
+// With D the distance to the border on it, n = floor(D / w) rings lie on either side and a strip of width
+// R = 2 (D - n w) is left. Where R is between `min` and `max`, one centre line of that width fills it; below, the ring
+// beside it is widened by R/2; above, ring n runs there on both sides with the width R/2.
+class Ridge {
+ public:
+  Ridge(const BorderDistance& distance, const BeadWidths& beads);
+
+  // Tracks along the medial line, ends drawn out so that width times length is the area they fill.
+  [[nodiscard]] std::vector<Track> centre_lines() const;
+
+  // Width of a ring at `level` at a point between two vertices; 0 where a centre line takes its place.
+  [[nodiscard]] double ring_width(int level, Index from, Index to, const Vec3& position) const;
+
+  [[nodiscard]] bool empty() const { return nodes_.empty(); }
+
+ private:
+  struct Node {
+    Vec3 position, normal;
+    double distance = 0.0;
+    bool filled = false;  // by a centre line
+  };
+  struct Segment {
+    Index a = kNone, b = kNone, triangle = kNone;
+  };
+  void find_nodes();
+  void cut_to_strips();
+  void chain_up();
+  void hand_down();
+  [[nodiscard]] double slack(Index node, const Vec3& position, double distance) const;
+  [[nodiscard]] bool fits(double distance) const;
+
+  const BorderDistance& distance_;
+  BeadWidths beads_;
+  std::vector<Node> nodes_;
+  std::vector<Index> edge_node_;
+  std::vector<Segment> segments_;
+  std::vector<std::vector<Index>> chains_;       // nodes
+  std::vector<std::vector<Index>> chain_under_;  // triangle of the segment that ends at each node
+  std::vector<char> cut_end_;                    // node was made by cut_to_strips
+  std::vector<Index> node_of_vertex_;            // the ridge node uphill of each vertex
+};
+
+}  // namespace curvesup::toolpath

@@ -1,0 +1,170 @@
+#include "toolpath/rings.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace curvesup::toolpath {
+namespace {
+
+// Levels i with low < (i + 1/2) w <= high.
+std::pair<int, int> levels_between(double low, double high, double width, int max_rings) {
+  int first = static_cast<int>(std::floor(low / width - 0.5));
+  while ((first + 0.5) * width <= low) ++first;
+  int last = static_cast<int>(std::floor(high / width - 0.5)) + 1;
+  while ((last + 0.5) * width > high) --last;
+  return {std::max(first, 0), std::min(last, max_rings - 1)};
+}
+
+// Sets `keep` of runs shorter than `length` to that of the ring around them.
+void drop_short_runs(const std::vector<TrackPoint>& ring, std::vector<char>& keep, char value, double length) {
+  const std::size_t n = ring.size();
+  if (std::find(keep.begin(), keep.end(), !value) == keep.end()) return;
+  std::size_t begin = 0;
+  while (keep[begin] == value) ++begin;  // starts outside of any run
+  for (std::size_t i = 0; i < n;) {
+    if (keep[(begin + i) % n] != value) {
+      ++i;
+      continue;
+    }
+    double run = 0.0;
+    std::size_t j = i;
+    for (; j < n && keep[(begin + j) % n] == value; ++j) {
+      run += (ring[(begin + j + 1) % n].position - ring[(begin + j) % n].position).norm();
+    }
+    if (run < length) {
+      for (std::size_t k = i; k < j; ++k) keep[(begin + k) % n] = !value;
+    }
+    i = j;
+  }
+}
+
+// Joins arcs of one level end to start where they face each other closely, over the surface.
+void close_arcs(const BorderDistance& distance, std::vector<Track>& arcs, double reach) {
+  const auto gap = [&](const Track& a, const Track& b) {
+    return (a.points.back().position - b.points.front().position).norm();
+  };
+  const auto join = [&](Track& a, const Track& b) {
+    const TrackPoint from = a.points.back();
+    const TrackPoint to = b.points.front();  // copies: a and b may be the same
+    const Vec3 heading = to.position - from.position;
+    if (heading.norm() < 1e-6) return true;
+    const Walk walk = walk_straight(distance, {from.triangle, from.position}, heading, heading.norm());
+    if ((walk.end.position - to.position).norm() > 0.15) return false;
+    const double width = from.width;
+    for (std::size_t i = 0; i + 1 < walk.points.size(); ++i) {
+      a.points.push_back(walk.points[i]);
+      a.points.back().width = width;
+    }
+    TrackPoint last = to;
+    last.width = width;
+    last.triangle = walk.points.empty() ? from.triangle : walk.points.back().triangle;
+    a.points.push_back(last);
+    return true;
+  };
+  for (std::size_t i = 0; i < arcs.size(); ++i) {
+    while (!arcs[i].closed) {
+      std::size_t best = i;
+      for (std::size_t j = i; j < arcs.size(); ++j) {
+        if (!arcs[j].closed && !arcs[j].points.empty() && gap(arcs[i], arcs[j]) < gap(arcs[i], arcs[best])) best = j;
+      }
+      if (gap(arcs[i], arcs[best]) > reach || !join(arcs[i], arcs[best])) break;
+      if (best == i) {
+        arcs[i].closed = true;
+      } else {
+        arcs[i].points.insert(arcs[i].points.end(), arcs[best].points.begin() + 1, arcs[best].points.end());
+        arcs.erase(arcs.begin() + best);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridge, double width, int max_rings) {
+  const PieceMesh& mesh = distance.mesh();
+  const std::size_t n = mesh.triangles.size();
+  // One slot for each pair of a triangle and a level that crosses it.
+  std::vector<Index> slot(n + 1, 0);
+  std::vector<int> lowest(n, 0);
+  for (std::size_t t = 0; t < n; ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    const auto [low, high] = std::minmax({distance.distance(a), distance.distance(b), distance.distance(c)});
+    const auto [first, last] = levels_between(low, high, width, max_rings);
+    lowest[t] = first;
+    slot[t + 1] = slot[t] + std::max(0, last - first + 1);
+  }
+  std::vector<char> done(slot[n], 0);
+  std::vector<Track> rings;
+  for (std::size_t seed = 0; seed < n; ++seed) {
+    for (Index s = slot[seed]; s < slot[seed + 1]; ++s) {
+      if (done[s]) continue;
+      const int level = lowest[seed] + (s - slot[seed]);
+      const double value = (level + 0.5) * width;
+      Track ring{.kind = PathKind::contour, .closed = true, .level = level, .points = {}};
+      std::vector<TrackPoint>& points = ring.points;
+      bool whole = true;
+      for (Index t = static_cast<Index>(seed);;) {
+        char& mark = done[slot[t] + level - lowest[t]];
+        if (mark) break;
+        mark = 1;
+        const auto& corner = mesh.triangles[t];
+        int exit = 0;  // the edge that rises through the level
+        while (!(distance.distance(corner[exit]) < value && distance.distance(corner[next3(exit)]) >= value)) ++exit;
+        const Index from = corner[exit], to = corner[next3(exit)];
+        // Seen from both triangles alike: always from the lower vertex id.
+        const Index a = std::min(from, to), b = std::max(from, to);
+        const double part = (value - distance.distance(a)) / (distance.distance(b) - distance.distance(a));
+        TrackPoint point;
+        point.position = mesh.vertices[a] + part * (mesh.vertices[b] - mesh.vertices[a]);
+        point.normal = (mesh.normals[a] + part * (mesh.normals[b] - mesh.normals[a])).normalized();
+        point.width = ridge.ring_width(level, a, b, point.position);
+        point.triangle = t;
+        points.push_back(point);
+        t = mesh.neighbours[t][exit];
+        if (t == kNone) {
+          whole = false;
+          break;
+        }
+      }
+      if (points.size() < 3) continue;
+      ring.closed = whole;
+      rings.push_back(std::move(ring));
+    }
+  }
+  std::stable_sort(rings.begin(), rings.end(), [](const Track& x, const Track& y) { return x.level < y.level; });
+
+  std::vector<Track> result;
+  std::vector<char> keep;
+  for (std::size_t begin = 0; begin < rings.size();) {
+    std::size_t end = begin;
+    std::vector<Track> arcs;
+    for (; end < rings.size() && rings[end].level == rings[begin].level; ++end) {
+      std::vector<TrackPoint>& points = rings[end].points;
+      keep.resize(points.size());
+      for (std::size_t i = 0; i < points.size(); ++i) keep[i] = points[i].width > 0.0;
+      drop_short_runs(points, keep, 0, 0.75 * width);
+      drop_short_runs(points, keep, 1, 0.75 * width);
+      for (TrackPoint& p : points) p.width = p.width > 0.0 ? p.width : width;
+      const auto dropped = std::find(keep.begin(), keep.end(), 0);
+      if (dropped == keep.end()) {
+        points.push_back(points.front());
+        result.push_back(std::move(rings[end]));
+        continue;
+      }
+      const std::size_t n = points.size(), start = dropped - keep.begin();
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::size_t at = (start + i) % n;
+        if (!keep[at]) continue;
+        if (arcs.empty() || !keep[(at + n - 1) % n]) arcs.push_back({.kind = PathKind::contour, .closed = false, .level = rings[end].level, .points = {}});
+        arcs.back().points.push_back(points[at]);
+      }
+    }
+    std::erase_if(arcs, [](const Track& arc) { return arc.points.size() < 2; });
+    close_arcs(distance, arcs, 1.2 * width);
+    for (Track& arc : arcs) result.push_back(std::move(arc));
+    begin = end;
+  }
+  return result;
+}
+
+}  // namespace curvesup::toolpath

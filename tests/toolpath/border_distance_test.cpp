@@ -1,0 +1,90 @@
+#include "toolpath/border_distance.h"
+
+#include <gtest/gtest.h>
+
+#include "toolpath/sheets.h"
+
+namespace curvesup {
+namespace {
+
+using sheets::NamedSheet;
+using toolpath::BorderDistance;
+
+constexpr double kBead = 0.8, kLimit = 0.05 * kBead;
+
+BorderDistance only_piece(const NamedSheet& sheet) {
+  auto pieces = toolpath::split_into_pieces(sheet.stack, sheet.stack.sheets[0], sheet.gradient);
+  EXPECT_EQ(pieces.size(), 1u);
+  return BorderDistance(std::move(pieces.at(0)), {});
+}
+
+double largest_error(const BorderDistance& distance, const std::function<double(const Vec3&)>& truth) {
+  double worst = 0.0;
+  const auto& vertices = distance.mesh().vertices;
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    worst = std::max(worst, std::abs(distance.distance(static_cast<Index>(v)) - truth(vertices[v])));
+  }
+  return worst;
+}
+
+TEST(BorderDistance, IsExactOnAPlane) {
+  const auto truth = [](const Vec3& p) {
+    return std::min(std::min(p.x(), 20.0 - p.x()), std::min(p.y(), 9.0 - p.y()));
+  };
+  EXPECT_LT(largest_error(only_piece(sheets::strip(20, 9, 17, 7)), truth), 1e-6);
+}
+
+TEST(BorderDistance, KnowsHoles) {
+  // A square hole: the border's inner corners are reflex, so distances to it are round there.
+  const auto inside = [](double u, double v) { return std::abs(u - 0.5) > 0.2 || std::abs(v - 0.5) > 0.2; };
+  const NamedSheet sheet = sheets::mapped_grid(20, 20, [](double u, double v) { return Vec3(20 * u, 20 * v, 5); }, 0.8,
+                                               false, inside);
+  const auto truth = [](const Vec3& p) {
+    const double outer = std::min(std::min(p.x(), 20.0 - p.x()), std::min(p.y(), 20.0 - p.y()));
+    const double dx = std::max(0.0, std::abs(p.x() - 10.0) - 4.0), dy = std::max(0.0, std::abs(p.y() - 10.0) - 4.0);
+    return std::min(outer, std::hypot(dx, dy));
+  };
+  EXPECT_LT(largest_error(only_piece(sheet), truth), kLimit);
+}
+
+TEST(BorderDistance, IsUnrolledOnACylinder) {
+  const double radius = 8.0, angle = 2.0, length = 12.0;
+  const auto truth = [&](const Vec3& p) {
+    const double a = std::atan2(p.x(), p.z() - 10.0);
+    return std::min(radius * (0.5 * angle - std::abs(a)), std::min(p.y(), length - p.y()));
+  };
+  EXPECT_LT(largest_error(only_piece(sheets::cylinder(radius, angle, length, 40, 15)), truth), kLimit);
+}
+
+TEST(BorderDistance, FollowsASphereAndStandsDegenerateTriangles) {
+  // The triangles around the top have no area and leave it open: the top is a border of no length.
+  const double radius = 20.0, polar = 0.5;
+  const auto truth = [&](const Vec3& p) {
+    const double from_top = std::atan2(std::hypot(p.x(), p.y()), p.z() - 10.0);
+    return radius * std::min(polar - from_top, from_top);
+  };
+  EXPECT_LT(largest_error(only_piece(sheets::sphere_cap(radius, polar, 60, 9)), truth), kLimit);
+}
+
+TEST(BorderDistance, StandsNeedles) {
+  // Rows of cells 1e-7 mm high between ordinary ones.
+  const auto row = [](double v) {
+    const int j = static_cast<int>(v * 12 + 0.5);
+    return (j / 2) * 1.5 + (j % 2 ? 1e-7 : 0.0);
+  };
+  const NamedSheet sheet = sheets::mapped_grid(13, 12, [&](double u, double v) { return Vec3(15 * u, row(v), 3); });
+  const auto truth = [](const Vec3& p) {
+    return std::min(std::min(p.x(), 15.0 - p.x()), std::min(p.y(), 9.0 - p.y()));
+  };
+  EXPECT_LT(largest_error(only_piece(sheet), truth), 1e-4);
+}
+
+TEST(BorderDistance, DoublesAVertexWhereTwoFansTouch) {
+  // Two squares that touch in a corner only are two pieces.
+  const NamedSheet sheet = sheets::mapped_grid(2, 2, [](double u, double v) { return Vec3(4 * u, 4 * v, 0); }, 0.8, false,
+                                               [](double u, double v) { return (u < 0.5) == (v < 0.5); });
+  EXPECT_EQ(toolpath::split_into_pieces(sheet.stack, sheet.stack.sheets[0], sheet.gradient).size(), 2u);
+}
+
+}  // namespace
+}  // namespace curvesup

@@ -1,0 +1,85 @@
+#include "curvesup/toolpath/plan_toolpaths.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "curvesup/core/error.h"
+#include "toolpath/sheets.h"
+
+namespace curvesup {
+namespace {
+
+ToolpathResult plan(const sheets::NamedSheet& sheet, const ToolpathOptions& options = {}, int threads = 1) {
+  RunContext run;
+  run.threads = threads;
+  return plan_toolpaths(sheet.gradient, sheet.stack, options, run);
+}
+
+TEST(PlanToolpaths, SegmentVolumesAreExact) {
+  const auto result = plan(sheets::sphere_cap(20, 0.5, 60, 9));
+  ASSERT_GT(result.report.paths, 0);
+  for (const Path& path : result.toolpaths.paths) {
+    for (Index i = path.first_point; i < path.first_point + path.point_count; ++i) {
+      const PathPoint& p = result.toolpaths.points[i];
+      if (i == path.first_point) {
+        EXPECT_EQ(p.volume_mm3, 0.0);
+        continue;
+      }
+      const double length = (p.position - result.toolpaths.points[i - 1].position).norm();
+      EXPECT_EQ(p.volume_mm3, p.height_mm * p.width_mm * length);
+      EXPECT_NEAR(p.height_mm, 0.8, 0.016);
+      EXPECT_NEAR(p.normal.norm(), 1.0, 1e-12);
+      EXPECT_GT(p.feed_mm_s, 0.0);
+    }
+  }
+}
+
+TEST(PlanToolpaths, BeadsAddUpToTheLayer) {
+  for (const double width : {0.5, 0.9, 1.3, 2.0, 2.6, 3.1, 4.4, 9.0}) {
+    const auto report = plan(sheets::strip(30, width, 30, 4)).report;
+    EXPECT_NEAR(report.volume_mm3[0] / report.layer_volume_mm3[0], 1.0, 0.05) << width;
+  }
+  for (const double inner : {2.0, 5.0, 8.3}) {
+    const auto report = plan(sheets::annulus(inner, 10, 90, 6)).report;
+    EXPECT_NEAR(report.volume_mm3[0] / report.layer_volume_mm3[0], 1.0, 0.01) << inner;
+  }
+}
+
+TEST(PlanToolpaths, SameBytesForAnyThreadCount) {
+  const auto sheet = sheets::annulus(2, 10, 90, 6);
+  const auto one = plan(sheet, {}, 1), three = plan(sheet, {}, 3);
+  ASSERT_EQ(one.toolpaths.points.size(), three.toolpaths.points.size());
+  EXPECT_EQ(0, std::memcmp(one.toolpaths.points.data(), three.toolpaths.points.data(),
+                           one.toolpaths.points.size() * sizeof(PathPoint)));
+}
+
+TEST(PlanToolpaths, HeightEndsAtThePlatform) {
+  // A layer 0.8 mm thick whose middle lies 0.1 mm above the platform: the tip stands at 0.5 mm.
+  auto sheet = sheets::strip(10, 6, 10, 6);
+  for (Vec3& v : sheet.stack.vertices) v.z() = 0.1;
+  const auto result = plan(sheet);
+  for (const PathPoint& p : result.toolpaths.points) {
+    EXPECT_NEAR(p.height_mm, 0.5, 1e-9);
+    EXPECT_NEAR(p.tip_offset_mm, 0.4, 1e-9);
+  }
+  EXPECT_NEAR(result.report.layer_volume_mm3[0], 10 * 6 * 0.5, 1e-9);
+}
+
+TEST(PlanToolpaths, FlowLimitsFeed) {
+  ToolpathOptions options;
+  options.material[0].speed_mm_s = 100.0;
+  const auto result = plan(sheets::strip(30, 20, 10, 6), options);
+  for (const PathPoint& p : result.toolpaths.points) {
+    EXPECT_LE(p.feed_mm_s * p.width_mm * p.height_mm, options.max_flow_mm3_s * (1 + 1e-12));
+  }
+}
+
+TEST(PlanToolpaths, RefusesOptionsOutOfRange) {
+  ToolpathOptions options;
+  options.max_bead_mm = 5.0;
+  EXPECT_THROW(plan(sheets::strip(3, 3, 3, 3), options), Error);
+}
+
+}  // namespace
+}  // namespace curvesup
