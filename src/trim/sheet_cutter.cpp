@@ -14,6 +14,10 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // The ball around the middle of a triangle's longest edge that holds the triangle: the third corner is at most
 // sqrt(3) / 2 of that edge away.
 constexpr double kCoveringRadius = 0.8660254037844388;
+// Edges inside the solid need not be shorter than this many times the wanted length.
+constexpr double kInsideEdges = 4.0;
+// Halving a triangle more often than this makes slivers thinner than rounding along an edge that stays whole.
+constexpr int kMaxDepth = 40;
 constexpr double kRootTolerance_mm = 1e-5;
 // A border that leaves its chord by less is left straight.
 constexpr double kFlatBorder_mm = 2e-3;
@@ -72,9 +76,9 @@ bool SheetCutter::may_be_inside(Index a, Index b) const {
 }
 
 void SheetCutter::add_triangle(const std::array<Index, 3>& corners, Index tet) {
-  pending_.assign(1, corners);
+  pending_.assign(1, {corners, 0});
   while (!pending_.empty()) {
-    const Corners t = pending_.back();
+    const auto [t, depth] = pending_.back();
     pending_.pop_back();
     // The ball that the triangle's own longest edge stands for; also a triangle proved inside has to follow the splits of its
     // edges, which its neighbours may need.
@@ -93,14 +97,16 @@ void SheetCutter::add_triangle(const std::array<Index, 3>& corners, Index tet) {
         cut_away_ += area(t);
         continue;
       }
-      if (refine(t)) continue;
+      if (depth < kMaxDepth && refine(t, depth + 1)) continue;
     }
     cut(t, tet);
   }
 }
 
 // The decision hangs on the edge alone: longer than wanted, and the solid's surface may be within the ball that covers any
-// triangle whose longest edge it is. So both triangles at an edge agree, and no triangle that the surface meets stays large.
+// triangle whose longest edge it is. So both triangles at an edge agree, and no triangle that the solid meets from outside
+// stays large. Deep inside, where bounds seldom prove anything, an edge of moderate length stays whole when its ends and its
+// middle are inside: struts are convex, so all that this can overlook is a notch or a hole narrower than half the edge.
 Index SheetCutter::split(Index a, Index b) {
   const double length = (vertices_[b] - vertices_[a]).norm();
   if (length <= edge_length_) return kNone;
@@ -108,11 +114,15 @@ Index SheetCutter::split(Index a, Index b) {
   if (!slot.is_new) return slot.value;
   const Vec3 middle = 0.5 * (vertices_[a] + vertices_[b]);
   const Solid::Bounds bounds = solid_.bounds(middle, kCoveringRadius * length);
-  if (bounds.low < 0.0 && bounds.high >= 0.0) slot.value = add_vertex(middle);
-  return slot.value;
+  if (bounds.low >= 0.0 || bounds.high < 0.0) return kNone;
+  if (length <= kInsideEdges * edge_length_ && value(a) >= 0.0 && value(b) >= 0.0) {
+    const double middle_value = solid_.value(middle);
+    if (middle_value >= 0.0) return kNone;
+  }
+  return slot.value = add_vertex(middle);
 }
 
-bool SheetCutter::refine(const Corners& t) {
+bool SheetCutter::refine(const Corners& t, int depth) {
   std::array<Index, 3> m{};  // of the edge from corner c to the next
   int splits = 0, last = 0, whole = 0;
   for (int c = 0; c < 3; ++c) {
@@ -126,18 +136,21 @@ bool SheetCutter::refine(const Corners& t) {
   }
   if (splits == 0) return false;
   if (splits == 3) {
-    pending_.insert(pending_.end(), {{m[0], m[1], m[2]}, {t[2], m[2], m[1]}, {t[1], m[1], m[0]}, {t[0], m[0], m[2]}});
+    pending_.insert(pending_.end(), {{{m[0], m[1], m[2]}, depth},
+                                      {{t[2], m[2], m[1]}, depth},
+                                      {{t[1], m[1], m[0]}, depth},
+                                      {{t[0], m[0], m[2]}, depth}});
   } else if (splits == 1) {
     const Index a = t[last], b = t[(last + 1) % 3], c = t[(last + 2) % 3];
-    pending_.insert(pending_.end(), {{m[last], b, c}, {a, m[last], c}});
+    pending_.insert(pending_.end(), {{{m[last], b, c}, depth}, {{a, m[last], c}, depth}});
   } else {
     // a -> b is the whole edge, c the corner opposite it.
     const Index a = t[whole], b = t[(whole + 1) % 3], c = t[(whole + 2) % 3];
     const Index p = m[(whole + 1) % 3], q = m[(whole + 2) % 3];
     if ((vertices_[a] - vertices_[p]).squaredNorm() <= (vertices_[b] - vertices_[q]).squaredNorm()) {
-      pending_.insert(pending_.end(), {{c, q, p}, {a, p, q}, {a, b, p}});
+      pending_.insert(pending_.end(), {{{c, q, p}, depth}, {{a, p, q}, depth}, {{a, b, p}, depth}});
     } else {
-      pending_.insert(pending_.end(), {{c, q, p}, {b, p, q}, {a, b, q}});
+      pending_.insert(pending_.end(), {{{c, q, p}, depth}, {{b, p, q}, depth}, {{a, b, q}, depth}});
     }
   }
   return true;

@@ -27,10 +27,14 @@ class SheetCutter {
 
  private:
   using Corners = std::array<Index, 3>;
+  struct Pending {
+    Corners corners;
+    int depth;
+  };
   [[nodiscard]] double area(const Corners& t) const;
   double value(Index vertex);
   Index split(Index a, Index b);  // midpoint of an edge that has to be split, else kNone
-  bool refine(const Corners& t);  // pushes the parts of a triangle that has edges to split
+  bool refine(const Corners& t, int depth);  // pushes the parts of a triangle that has edges to split
   void cut(const Corners& t, Index tet);
   Index cut_point(Index inside, Index outside);
   Index border_point(Index from, Index p, Index q, Index edge_a, Index edge_b);
@@ -42,7 +46,7 @@ class SheetCutter {
   std::vector<double> value_;  // NaN: not asked for yet
   std::vector<std::array<Index, 3>> triangles_;
   std::vector<Index> triangle_tet_;
-  std::vector<Corners> pending_;
+  std::vector<Pending> pending_;
   EdgeMap midpoints_, cuts_;
   double cut_away_ = 0.0;
 };
