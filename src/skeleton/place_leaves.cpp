@@ -11,7 +11,7 @@ namespace curvesup {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSamplesPerSpacing = 6.0;
+constexpr double kSamplesPerSpacing = 4.0;
 
 // For each boundary vertex that is asked for, one face around it: an overhang face where there is one.
 std::vector<Index> face_of_vertex(const Model& model, const Overhang& overhang) {
@@ -64,57 +64,67 @@ std::vector<LeafSite> vertex_sites(const Model& model, const std::vector<Index>&
   return sites;
 }
 
-// Distance that counts for coverage: across d_p at the sample, and as far along it at most.
-double coverage_distance(const LeafSite& sample, const Vec3& leaf) {
+// Squared distance that counts for coverage: across d_p at the sample, and as far along it at most.
+double coverage_distance2(const LeafSite& sample, const Vec3& leaf) {
   const Vec3 offset = leaf - sample.position;
-  const double along = offset.dot(sample.direction);
-  return std::max(std::sqrt(std::max(0.0, offset.squaredNorm() - along * along)), std::abs(along));
+  const double along = offset.dot(sample.direction), along2 = along * along;
+  return std::max(offset.squaredNorm() - along2, along2);
 }
 
-// Farthest-point-first choice among samples until all are within `spacing` of a leaf.
+// Farthest-point-first choice among samples until all are within `spacing` of a leaf. The samples of one face stand
+// together as a block; the queue holds one entry a block, so stale entries cost a short scan each.
 class FarthestFirst {
  public:
   FarthestFirst(const std::vector<LeafSite>& samples, double spacing)
-      : samples_(samples), positions_(positions(samples)), grid_(positions_, spacing), spacing_(spacing) {
-    distance_.assign(samples.size(), kInfinity);
+      : samples_(samples), positions_(positions(samples)), grid_(positions_, spacing), limit2_(spacing * spacing) {
+    distance2_.assign(samples.size(), kInfinity);
+    for (std::size_t s = 0; s < samples.size(); ++s) {
+      if (s == 0 || samples[s].face != samples[s - 1].face) blocks_.push_back(static_cast<Index>(s));
+    }
+    blocks_.push_back(static_cast<Index>(samples.size()));
   }
 
-  // A leaf is there already: `reach` bounds the distance at which it can still be the nearest.
+  // A leaf is there: `reach` bounds the distance at which it can be the nearest.
   void place(const Vec3& leaf, double reach = kInfinity) {
-    const auto relax = [&](Index s) { distance_[s] = std::min(distance_[s], coverage_distance(samples_[s], leaf)); };
-    if (reach > kWideReach * spacing_) {
+    const auto relax = [&](Index s) { distance2_[s] = std::min(distance2_[s], coverage_distance2(samples_[s], leaf)); };
+    if (reach == kInfinity) {
       for (Index s = 0; s < static_cast<Index>(samples_.size()); ++s) relax(s);
     } else {
-      grid_.near(leaf, std::sqrt(2.0) * reach, relax);
+      grid_.near(leaf, std::sqrt(2.0) * reach, relax);  // the distance is at least 1 / sqrt(2) of the Euclidean one
     }
   }
 
   // Ids of the samples that become leaves, in order.
   std::vector<Index> choose(const RunContext& run) {
-    using Entry = std::pair<double, Index>;
     const auto nearer = [](const Entry& a, const Entry& b) {
-      return a.first != b.first ? a.first < b.first : a.second > b.second;
+      return a.distance2 != b.distance2 ? a.distance2 < b.distance2 : a.block > b.block;
     };
-    std::vector<Entry> entries;
-    for (std::size_t s = 0; s < samples_.size(); ++s) entries.emplace_back(distance_[s], static_cast<Index>(s));
-    std::priority_queue<Entry, std::vector<Entry>, decltype(nearer)> queue(nearer, std::move(entries));
+    std::priority_queue<Entry, std::vector<Entry>, decltype(nearer)> queue(nearer);
+    for (Index b = 0; b + 1 < static_cast<Index>(blocks_.size()); ++b) queue.push(farthest(b));
     std::vector<Index> chosen;
-    while (!queue.empty() && queue.top().first > spacing_) {
-      const auto [upper_bound, s] = queue.top();
+    while (!queue.empty() && queue.top().distance2 > limit2_) {
+      const Entry entry = queue.top();
       queue.pop();
-      if (distance_[s] < upper_bound) {  // a leaf came nearer since this entry was made
-        if (distance_[s] > spacing_) queue.emplace(distance_[s], s);
-        continue;
+      if (distance2_[entry.sample] == entry.distance2) {  // else a leaf came nearer since this entry was made
+        chosen.push_back(entry.sample);
+        place(samples_[entry.sample].position, std::sqrt(entry.distance2));
+        if (chosen.size() % 256 == 0) run.check_stop();
       }
-      chosen.push_back(s);
-      place(samples_[s].position, upper_bound);
-      if (chosen.size() % 256 == 0) run.check_stop();
+      queue.push(farthest(entry.block));
     }
     return chosen;
   }
 
  private:
-  static constexpr double kWideReach = 8.0;  // beyond it a plain loop over all samples is cheaper than the grid
+  struct Entry {
+    double distance2;
+    Index block, sample;
+  };
+  [[nodiscard]] Entry farthest(Index block) const {
+    const auto first = distance2_.begin() + blocks_[block], last = distance2_.begin() + blocks_[block + 1];
+    const auto best = std::max_element(first, last);
+    return {*best, block, static_cast<Index>(best - distance2_.begin())};
+  }
   static std::vector<Vec3> positions(const std::vector<LeafSite>& samples) {
     std::vector<Vec3> result;
     for (const LeafSite& s : samples) result.push_back(s.position);
@@ -123,8 +133,9 @@ class FarthestFirst {
   const std::vector<LeafSite>& samples_;
   std::vector<Vec3> positions_;
   PointGrid grid_;
-  double spacing_;
-  std::vector<double> distance_;
+  double limit2_;
+  std::vector<double> distance2_;
+  std::vector<Index> blocks_;  // first sample of each block, and the end
 };
 
 }  // namespace
@@ -150,6 +161,8 @@ std::vector<LeafSite> place_leaves(const Model& model, const ScalarField& field,
                       samples.push_back({p, direction, f, kNone});
                     });
   }
+  std::stable_sort(samples.begin(), samples.end(),
+                   [](const LeafSite& a, const LeafSite& b) { return a.face < b.face; });
   FarthestFirst search(samples, spacing_mm);
   for (const LeafSite& leaf : leaves) search.place(leaf.position);
   for (const Index s : search.choose(run)) leaves.push_back(samples[s]);

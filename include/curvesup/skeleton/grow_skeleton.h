@@ -82,7 +82,7 @@ struct LeafSite {
 
 // Sites such that every overhang point is within the spacing of one (measured across d_p, and no farther along it):
 // all local minima, then farthest-point-first over overhang vertices and a lattice of points inside the overhang faces
-// no more than a sixth of the spacing apart. O(samples log samples).
+// no more than a quarter of the spacing apart. O(samples log samples).
 [[nodiscard]] std::vector<LeafSite> place_leaves(const Model& model, const ScalarField& field, const Overhang& overhang,
                                                  double spacing_mm, const RunContext& run = {});
 
