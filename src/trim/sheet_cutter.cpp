@@ -80,26 +80,22 @@ void SheetCutter::add_triangle(const std::array<Index, 3>& corners, Index tet) {
   while (!pending_.empty()) {
     const auto [t, depth] = pending_.back();
     pending_.pop_back();
-    // The ball that the triangle's own longest edge stands for; also a triangle proved inside has to follow the splits of its
-    // edges, which its neighbours may need.
+    std::array<Index, 3> edge{};  // from corner c to the next
     double longest2 = 0.0;
-    Vec3 middle = Vec3::Zero();
+    int longest = 0;
     for (int c = 0; c < 3; ++c) {
-      const Vec3 &a = vertices_[t[c]], &b = vertices_[t[(c + 1) % 3]];
-      if ((b - a).squaredNorm() < longest2) continue;
-      longest2 = (b - a).squaredNorm();
-      middle = 0.5 * (a + b);
+      const double length2 = (vertices_[t[(c + 1) % 3]] - vertices_[t[c]]).squaredNorm();
+      if (length2 > longest2) longest = c;
+      longest2 = std::max(longest2, length2);
+      edge[c] = decide(t[c], t[(c + 1) % 3]);
     }
-    if (longest2 > edge_length_ * edge_length_) {
-      double radius2 = 0.0;
-      for (const Index v : t) radius2 = std::max(radius2, (vertices_[v] - middle).squaredNorm());
-      if (solid_.bounds(middle, std::sqrt(radius2)).high < 0.0) {
-        cut_away_ += area(t);
-        continue;
-      }
-      if (depth < kMaxDepth && refine(t, depth + 1)) continue;
+    if (edge[longest] == kOutside) {
+      cut_away_ += area(t);
+    } else if (depth < kMaxDepth && (edge[0] >= 0 || edge[1] >= 0 || edge[2] >= 0)) {
+      refine(t, edge, depth + 1);
+    } else {
+      cut(t, tet);
     }
-    cut(t, tet);
   }
 }
 
@@ -107,34 +103,32 @@ void SheetCutter::add_triangle(const std::array<Index, 3>& corners, Index tet) {
 // triangle whose longest edge it is. So both triangles at an edge agree, and no triangle that the solid meets from outside
 // stays large. Deep inside, where bounds seldom prove anything, an edge of moderate length stays whole when its ends and its
 // middle are inside: struts are convex, so all that this can overlook is a notch or a hole narrower than half the edge.
-Index SheetCutter::split(Index a, Index b) {
+Index SheetCutter::decide(Index a, Index b) {
   const double length = (vertices_[b] - vertices_[a]).norm();
-  if (length <= edge_length_) return kNone;
+  if (length <= edge_length_) return kWhole;
   const auto slot = midpoints_.at(a, b);
   if (!slot.is_new) return slot.value;
   const Vec3 middle = 0.5 * (vertices_[a] + vertices_[b]);
   const Solid::Bounds bounds = solid_.bounds(middle, kCoveringRadius * length);
-  if (bounds.low >= 0.0 || bounds.high < 0.0) return kNone;
+  if (bounds.high < 0.0) return slot.value = kOutside;
+  if (bounds.low >= 0.0) return kWhole;
   if (length <= kInsideEdges * edge_length_ && value(a) >= 0.0 && value(b) >= 0.0) {
     const double middle_value = solid_.value(middle);
-    if (middle_value >= 0.0) return kNone;
+    if (middle_value >= 0.0) return kWhole;
   }
   return slot.value = add_vertex(middle);
 }
 
-bool SheetCutter::refine(const Corners& t, int depth) {
-  std::array<Index, 3> m{};  // of the edge from corner c to the next
+void SheetCutter::refine(const Corners& t, const std::array<Index, 3>& m, int depth) {
   int splits = 0, last = 0, whole = 0;
   for (int c = 0; c < 3; ++c) {
-    m[c] = split(t[c], t[(c + 1) % 3]);
-    if (m[c] == kNone) {
+    if (m[c] < 0) {
       whole = c;
     } else {
       last = c;
       ++splits;
     }
   }
-  if (splits == 0) return false;
   if (splits == 3) {
     pending_.insert(pending_.end(), {{{m[0], m[1], m[2]}, depth},
                                       {{t[2], m[2], m[1]}, depth},
@@ -153,7 +147,6 @@ bool SheetCutter::refine(const Corners& t, int depth) {
       pending_.insert(pending_.end(), {{{c, q, p}, depth}, {{b, p, q}, depth}, {{a, b, q}, depth}});
     }
   }
-  return true;
 }
 
 // Where the edge from a vertex inside to one outside leaves the solid.

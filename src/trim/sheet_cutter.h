@@ -33,8 +33,11 @@ class SheetCutter {
   };
   [[nodiscard]] double area(const Corners& t) const;
   double value(Index vertex);
-  Index split(Index a, Index b);  // midpoint of an edge that has to be split, else kNone
-  bool refine(const Corners& t, int depth);  // pushes the parts of a triangle that has edges to split
+  // What becomes of an edge: the id of its midpoint where it has to be split, else one of the two below.
+  static constexpr Index kWhole = -1;    // short enough, or inside
+  static constexpr Index kOutside = -2;  // and so is any triangle whose longest edge it is
+  Index decide(Index a, Index b);
+  void refine(const Corners& t, const std::array<Index, 3>& midpoints, int depth);
   void cut(const Corners& t, Index tet);
   Index cut_point(Index inside, Index outside);
   Index border_point(Index from, Index p, Index q, Index edge_a, Index edge_b);
