@@ -109,14 +109,18 @@ Index SheetCutter::decide(Index a, Index b) {
   const auto slot = midpoints_.at(a, b);
   if (!slot.is_new) return slot.value;
   const Vec3 middle = 0.5 * (vertices_[a] + vertices_[b]);
-  const Solid::Bounds bounds = solid_.bounds(middle, kCoveringRadius * length);
-  if (bounds.high < 0.0) return slot.value = kOutside;
-  if (bounds.low >= 0.0) return kWhole;
-  if (length <= kInsideEdges * edge_length_ && value(a) >= 0.0 && value(b) >= 0.0) {
-    const double middle_value = solid_.value(middle);
+  // Points cost less than bounds: where an end is inside, no bound can prove the ball outside.
+  const bool a_inside = value(a) >= 0.0, b_inside = value(b) >= 0.0;
+  double middle_value = kUnknown;
+  if (!a_inside && !b_inside) {
+    if (solid_.bounds(middle, kCoveringRadius * length).high < 0.0) return slot.value = kOutside;
+  } else if (a_inside && b_inside && length <= kInsideEdges * edge_length_) {
+    middle_value = solid_.value(middle);
     if (middle_value >= 0.0) return kWhole;
   }
-  return slot.value = add_vertex(middle);
+  slot.value = add_vertex(middle);
+  value_.back() = middle_value;
+  return slot.value;
 }
 
 void SheetCutter::refine(const Corners& t, const std::array<Index, 3>& m, int depth) {

@@ -61,8 +61,10 @@ struct TrimResult {
 };
 
 // Cuts the support's layers by the solid (paper, equation 2 and the cases N = 0..3 of its trimming step). A triangle is
-// skipped, or kept whole, only when the solid's interval bound proves it out, or in; else it is refined, by a rule that looks
-// at each edge alone, so that neighbours agree and a sheet stays without cracks. Cut points are roots of the solid along an
+// skipped only when the solid's interval bound proves it outside; else it is refined, by a rule that looks at each edge alone,
+// so that neighbours agree and a sheet stays without cracks. Inside, edges of up to four times edge_length_mm stay whole when
+// their ends and middles are inside: a notch or hole narrower than half such an edge can be printed over, no strut can be
+// missed. Cut points are roots of the solid along an
 // edge, shared by its two triangles; the border between two of them gets one more root. Inside is value >= 0.
 //
 // Support thicker than max_height_mm is laid in m passes at G = (k + (j + 1/2) / m) / N. One m holds for a whole connected
