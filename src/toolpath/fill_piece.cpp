@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "toolpath/link.h"
 #include "toolpath/rings.h"
 
 namespace curvesup::toolpath {
@@ -68,6 +69,8 @@ FilledPiece fill_piece(PieceMesh mesh, const Sheet&, const ToolpathOptions& opti
     ++filled.centre_lines;
     tracks.push_back(std::move(line));
   }
+  filled.naive_paths = static_cast<Index>(tracks.size());
+  if (options.link_rings) link_tracks(distance, beads.width, tracks);
   for (const Track& track : tracks) {
     BeadPath path = lay_beads(distance.mesh(), track);
     if (!path.points.empty()) filled.paths.push_back(std::move(path));
@@ -77,7 +80,7 @@ FilledPiece fill_piece(PieceMesh mesh, const Sheet&, const ToolpathOptions& opti
     BeadPath path = lay_beads(distance.mesh(), lay_dot(distance, beads));
     if (!path.points.empty()) filled.paths.push_back(std::move(path));
   }
-  filled.naive_paths = static_cast<Index>(filled.paths.size());
+  filled.naive_paths = std::max(filled.naive_paths, static_cast<Index>(filled.paths.size()));
   return filled;
 }
 

@@ -1,0 +1,312 @@
+#include "toolpath/link.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "curvesup/mesh/triangle_mesh.h"
+
+namespace curvesup::toolpath {
+namespace {
+
+// Rings as cyclic lists over one pool of points; rings of odd level run the other way, so that joined ones agree.
+class Linker {
+ public:
+  Linker(const BorderDistance& distance, double width, std::vector<Track>& tracks)
+      : distance_(distance), width_(width), tracks_(tracks) {}
+
+  void run() {
+    load_rings();
+    std::vector<Index> rings;
+    for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
+      if (head_[t] != kNone) rings.push_back(t);
+    }
+    std::stable_sort(rings.begin(), rings.end(), [&](Index x, Index y) { return tracks_[x].level < tracks_[y].level; });
+    for (const Index ring : rings) {
+      if (tracks_[ring].level > 0) join_outwards(ring);
+    }
+    add_tails_and_store();
+  }
+
+ private:
+  struct Node {
+    TrackPoint point;
+    Index next = kNone, previous = kNone;
+    Index ring = kNone;  // kNone on a step between rings
+    bool live = true;
+  };
+
+  void load_rings() {
+    head_.assign(tracks_.size(), kNone);
+    parent_.resize(tracks_.size());
+    std::iota(parent_.begin(), parent_.end(), 0);
+    for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
+      Track& track = tracks_[t];
+      if (track.kind != PathKind::contour || !track.closed || track.points.size() < 4) continue;
+      if (track.level % 2 == 1) {
+        std::reverse(track.points.begin(), track.points.end());
+        for (std::size_t i = track.points.size() - 1; i > 0; --i) {
+          track.points[i].triangle = track.points[i - 1].triangle;
+          track.points[i].width = track.points[i - 1].width;
+        }
+      }
+      const Index first = static_cast<Index>(nodes_.size()), n = static_cast<Index>(track.points.size()) - 1;
+      for (Index i = 0; i < n; ++i) {
+        nodes_.push_back({track.points[i + 1], first + (i + 1) % n, first + (i + n - 1) % n, t, true});
+        lookup_.push_back({nodes_.back().point.triangle, track.level, first + i});
+      }
+      head_[t] = first;
+    }
+    std::sort(lookup_.begin(), lookup_.end());
+  }
+
+  Index root(Index ring) {
+    while (parent_[ring] != ring) ring = parent_[ring] = parent_[parent_[ring]];
+    return ring;
+  }
+  const Vec3& at(Index node) const { return nodes_[node].point.position; }
+
+  // The live node whose incoming segment holds a point of a triangle; kNone if no ring of that level runs there any more.
+  Index segment_at(const SurfacePoint& place, int level) const {
+    const Key from{place.triangle, level, 0};
+    Index best = kNone;
+    double nearest = 0.05;
+    for (auto it = std::lower_bound(lookup_.begin(), lookup_.end(), from);
+         it != lookup_.end() && it->triangle == place.triangle && it->level == level; ++it) {
+      for (Index node = it->node; nodes_[node].live && nodes_[node].ring != kNone; node = nodes_[node].previous) {
+        const Index before = nodes_[node].previous;
+        const double d = (closest_point_on_segment(place.position, at(before), at(node)) - place.position).norm();
+        if (d < nearest) nearest = d, best = node;
+        if (nodes_[before].point.triangle != place.triangle || before == it->node) break;
+      }
+    }
+    return best;
+  }
+
+  Index insert_before(Index node, const Vec3& position) {
+    const Index before = nodes_[node].previous, id = static_cast<Index>(nodes_.size());
+    Node fresh = nodes_[node];
+    fresh.point.position = position;
+    fresh.point.normal = normal_at(distance_.mesh(), fresh.point.triangle, position);
+    fresh.previous = before;
+    fresh.next = node;
+    nodes_.push_back(fresh);
+    nodes_[before].next = id;
+    nodes_[node].previous = id;
+    return id;
+  }
+
+  // The place `length` further along the list; new node. kNone when a step or the start comes first.
+  Index forward(Index node, double length) {
+    const Index start = node;
+    while (true) {
+      const Index next = nodes_[node].next;
+      if (next == start || nodes_[next].ring == kNone || nodes_[node].ring == kNone) return kNone;
+      const double step = (at(next) - at(node)).norm();
+      if (step >= length) {
+        const double part = step > 0.0 ? length / step : 0.0;
+        if (part > 0.999) return next;
+        return insert_before(next, at(node) + part * (at(next) - at(node)));
+      }
+      length -= step;
+      node = next;
+    }
+  }
+
+  Walk descend(Index node, int to_level) const {
+    const TrackPoint& p = nodes_[node].point;
+    return descend(p, to_level);
+  }
+  Walk descend(const TrackPoint& p, int to_level) const {
+    // Towards the nearest place of the border, as the nearest corner of the triangle sees it.
+    const PieceMesh& mesh = distance_.mesh();
+    Index corner = mesh.triangles[p.triangle][0];
+    for (const Index v : mesh.triangles[p.triangle]) {
+      if ((mesh.vertices[v] - p.position).squaredNorm() < (mesh.vertices[corner] - p.position).squaredNorm()) corner = v;
+    }
+    const Front front = distance_.seen_from(corner, p.position - mesh.vertices[corner], p.normal);
+    return walk_straight(distance_, {p.triangle, p.position}, distance_.to_border(front), 1.6 * width_,
+                         (to_level + 0.5) * width_);
+  }
+
+  // Length along the list from one node to another; negative when it is longer than `limit` or a step lies between.
+  double arc(Index from, Index to, double limit) const {
+    double sum = 0.0;
+    for (Index node = from; node != to;) {
+      const Index next = nodes_[node].next;
+      sum += (at(next) - at(node)).norm();
+      if (sum > limit || nodes_[next].ring == kNone) return -1.0;
+      node = next;
+    }
+    return sum;
+  }
+
+  void join_outwards(Index ring) {
+    const int level = tracks_[ring].level;
+    Index open = 0;  // rings outside that are not joined yet
+    for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
+      if (head_[t] != kNone && tracks_[t].level == level - 1 && root(t) != root(ring)) ++open;
+    }
+    Index node = head_[ring];
+    double since = width_;
+    for (Index left = static_cast<Index>(tracks_[ring].points.size()); left > 0 && open > 0; --left) {
+      const Index next = nodes_[node].next;
+      if (nodes_[node].live && nodes_[node].ring == ring && since >= width_) {
+        since = 0.0;
+        if (bridge(ring, node)) {
+          open = 0;
+          for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
+            if (head_[t] != kNone && tracks_[t].level == level - 1 && root(t) != root(ring)) ++open;
+          }
+        }
+      }
+      since += (at(next) - at(node)).norm();
+      node = next;
+    }
+  }
+
+  bool bridge(Index ring, Index q1) {
+    const int outer = tracks_[ring].level - 1;
+    const Walk down1 = descend(q1, outer);
+    if (!down1.stopped) return false;
+    Index seg1 = segment_at(down1.end, outer);
+    if (seg1 == kNone || root(nodes_[seg1].ring) == root(ring)) return false;
+    const Index q2 = forward(q1, width_);
+    if (q2 == kNone) return false;
+    const Walk down2 = descend(q2, outer);
+    if (!down2.stopped) return false;
+    const Index seg2 = segment_at(down2.end, outer);
+    if (seg2 == kNone || nodes_[seg2].ring != nodes_[seg1].ring) return false;
+    // The outer ring runs the other way: it meets the end of the second step first.
+    const Index a2 = insert_before(seg2, down2.end.position);
+    if (seg1 == seg2 && (at(a2) - at(nodes_[a2].previous)).norm() > (down1.end.position - at(nodes_[a2].previous)).norm()) {
+      return false;
+    }
+    const Index a1 = insert_before(seg1, down1.end.position);
+    const double opened = arc(a2, a1, 2.0 * width_);
+    if (opened < 0.3 * width_) return false;
+
+    for (Index node = nodes_[a2].next; node != a1; node = nodes_[node].next) nodes_[node].live = false;
+    for (Index node = nodes_[q1].next; node != q2; node = nodes_[node].next) nodes_[node].live = false;
+    const Index outer_ring = nodes_[a1].ring;
+    Index tail = a2;
+    const auto append = [&](const TrackPoint& point) {
+      const Index id = static_cast<Index>(nodes_.size());
+      nodes_.push_back({point, kNone, tail, kNone, true});
+      nodes_.back().point.width = width_;
+      nodes_[tail].next = id;
+      tail = id;
+    };
+    // a2 -> q2 against the second walk; its segments' triangles move to their other ends.
+    const auto& up = down2.points;
+    for (std::size_t i = up.size() - 1; i-- > 0;) {
+      TrackPoint point = up[i];
+      point.triangle = up[i + 1].triangle;
+      append(point);
+    }
+    nodes_[tail].next = q2;
+    nodes_[q2].previous = tail;
+    nodes_[q2].point.triangle = up.front().triangle;
+    tail = q1;
+    for (std::size_t i = 0; i + 1 < down1.points.size(); ++i) append(down1.points[i]);
+    nodes_[tail].next = a1;
+    nodes_[a1].previous = tail;
+    nodes_[a1].point.triangle = down1.points.back().triangle;
+    parent_[root(ring)] = root(outer_ring);
+    return true;
+  }
+
+  void add_tails_and_store() {
+    std::vector<Track> result;
+    std::vector<Index> start(tracks_.size(), kNone);
+    for (Index node = 0; node < static_cast<Index>(nodes_.size()); ++node) {
+      if (!nodes_[node].live || nodes_[node].ring == kNone) continue;
+      Index& first = start[root(nodes_[node].ring)];
+      if (first == kNone) first = node;
+    }
+    std::vector<Index> tail_of(tracks_.size(), kNone);  // per root: the centre line at its end
+    std::vector<Walk> tail_walk(tracks_.size());        // from the line's end down to the ring
+    std::vector<char> absorbed(tracks_.size(), 0);
+    for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
+      Track& line = tracks_[t];
+      if (line.kind != PathKind::centre_line || line.closed || line.points.size() < 2) continue;
+      for (int side = 0; side < 2 && !absorbed[t]; ++side) {
+        TrackPoint end = side == 0 ? line.points.front() : line.points.back();
+        if (side == 0) end.triangle = line.points[1].triangle;
+        const double d = distance_at(distance_, end.triangle, end.position);
+        const int level = static_cast<int>(std::floor(d / width_ - 0.5));
+        if (level < 0) continue;
+        Walk walk = descend(end, level);
+        if (!walk.stopped) continue;
+        const Index segment = segment_at(walk.end, level);
+        if (segment == kNone) continue;
+        const Index r = root(nodes_[segment].ring);
+        if (tail_of[r] != kNone) continue;
+        start[r] = insert_before(segment, walk.end.position);
+        tail_of[r] = t;
+        tail_walk[r] = std::move(walk);
+        absorbed[t] = 1;
+        if (side == 1) reverse(line);
+      }
+    }
+    for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
+      if (absorbed[t]) continue;
+      if (head_[t] == kNone) {
+        result.push_back(std::move(tracks_[t]));
+        continue;
+      }
+      if (root(t) != t) continue;
+      Track track{.kind = PathKind::contour, .closed = true, .level = tracks_[t].level, .points = {}};
+      Index node = start[t];
+      track.points.push_back(nodes_[node].point);
+      do {
+        node = nodes_[node].next;
+        track.points.push_back(nodes_[node].point);
+      } while (node != start[t]);
+      if (tail_of[t] != kNone) {
+        track.closed = false;
+        const auto& down = tail_walk[t].points;
+        for (std::size_t i = down.size() - 1; i-- > 0;) {
+          track.points.push_back(down[i]);
+          track.points.back().triangle = down[i + 1].triangle;
+          track.points.back().width = width_;
+        }
+        const auto& line = tracks_[tail_of[t]].points;
+        track.points.push_back(line.front());
+        track.points.back().triangle = down.front().triangle;
+        track.points.insert(track.points.end(), line.begin() + 1, line.end());
+      }
+      result.push_back(std::move(track));
+    }
+    tracks_ = std::move(result);
+  }
+
+  static void reverse(Track& line) {
+    std::reverse(line.points.begin(), line.points.end());
+    for (std::size_t i = line.points.size() - 1; i > 0; --i) {
+      line.points[i].triangle = line.points[i - 1].triangle;
+      line.points[i].width = line.points[i - 1].width;
+    }
+  }
+
+  struct Key {
+    Index triangle;
+    int level;
+    Index node;
+    friend auto operator<=>(const Key&, const Key&) = default;
+  };
+  const BorderDistance& distance_;
+  double width_;
+  std::vector<Track>& tracks_;
+  std::vector<Node> nodes_;
+  std::vector<Key> lookup_;
+  std::vector<Index> head_, parent_;
+};
+
+}  // namespace
+
+void link_tracks(const BorderDistance& distance, double width, std::vector<Track>& tracks) {
+  Linker(distance, width, tracks).run();
+}
+
+}  // namespace curvesup::toolpath
