@@ -26,8 +26,9 @@ double discomfort(double metric) {
 // Key waypoints with every posture there, and the cheapest way to each.
 class PostureGraph {
  public:
-  PostureGraph(const Cell& cell, std::span<const DraftPoint> drafts, const MotionOptions& options, const ArmState& before)
-      : cell_(cell), drafts_(drafts), before_(before), yaws_(yaw_values(options.yaw_samples)) {
+  PostureGraph(const Cell& cell, const Deposit* obstacles, std::span<const DraftPoint> drafts, const MotionOptions& options,
+               const ArmState& before)
+      : cell_(cell), obstacles_(obstacles), drafts_(drafts), before_(before), yaws_(yaw_values(options.yaw_samples)) {
     std::sort(yaws_.begin(), yaws_.end());
     states_ = static_cast<int>(yaws_.size()) * kBranches;
   }
@@ -64,7 +65,7 @@ class PostureGraph {
           const double own = discomfort(metric) * (0.5 + length) + 0.002 * yaws_[y] * yaws_[y];
           const double way = passed == 0 ? start_cost(state, joints[state], from_state)
                                          : arrive(passed, state, joints[state], previous, length);
-          if (way >= kForbidden) continue;
+          if (way >= kForbidden || touches(joints[state], draft.point)) continue;
           cost_[passed * states_ + state] = way + own;
           any = true;
         }
@@ -94,6 +95,10 @@ class PostureGraph {
   [[nodiscard]] static int branch(int state) { return state % kBranches; }
 
  private:
+  bool touches(const Joints& joints, Index before) const {
+    return obstacles_ && touching_link(cell_, *obstacles_, joints, before, cell_.machine().tolerances.clearance_mm);
+  }
+
   double start_cost(int state, const Joints& joints, bool from_state) const {
     if (!from_state || !before_.known) return 0.0;
     return 0.5 * std::abs(yaw(state) - before_.yaw) + 0.5 * largest_joint_step(before_.joints, joints);
@@ -123,6 +128,7 @@ class PostureGraph {
   }
 
   const Cell& cell_;
+  const Deposit* obstacles_;
   std::span<const DraftPoint> drafts_;
   const ArmState& before_;
   std::vector<double> yaws_;
@@ -201,39 +207,31 @@ std::vector<double> interpolate_yaws(std::span<const DraftPoint> drafts, const s
   return yaws;
 }
 
-// Splits segments in which a joint would turn too far. The new waypoints lie on the segment.
+// The waypoints strictly between two, appended in order, so that no joint turns too far in one segment. They lie on the
+// segment; each takes its share of volume and duration.
+void divide_segment(const Cell& cell, int branch, const ArmPoint& from, ArmPoint& to, std::vector<ArmPoint>& result) {
+  const bool long_enough = (to.draft.tip - from.draft.tip).norm() >= 2.02 * cell.machine().tolerances.min_segment_mm;
+  if (!long_enough || largest_joint_step(from.joints, to.joints) <= 0.95 * cell.machine().arm.max_joint_step_rad) return;
+  ArmPoint middle;
+  middle.draft.tip = 0.5 * (from.draft.tip + to.draft.tip);
+  middle.draft.axis = (from.draft.axis + to.draft.axis).normalized();
+  middle.draft.normal = (from.draft.normal + to.draft.normal).normalized();
+  middle.yaw = 0.5 * (from.yaw + to.yaw);
+  if (cell.solve(middle.draft.tip, middle.draft.axis, middle.yaw, branch, middle.joints) != ArmFault::none) return;
+  middle.draft.volume_mm3 = to.draft.volume_mm3 = 0.5 * to.draft.volume_mm3;
+  middle.draft.duration_s = to.draft.duration_s = 0.5 * to.draft.duration_s;
+  divide_segment(cell, branch, from, middle, result);
+  result.push_back(middle);
+  divide_segment(cell, branch, middle, to, result);
+}
+
+// Divides the segments of a section in which a joint would turn too far.
 void insert_waypoints(const Cell& cell, ArmSection& section) {
-  const double most = cell.machine().arm.max_joint_step_rad;
   std::vector<ArmPoint> result;
   result.reserve(section.points.size());
-  for (const ArmPoint& point : section.points) {
-    if (!result.empty()) {
-      const ArmPoint from = result.back();
-      const double length = (point.draft.tip - from.draft.tip).norm();
-      const int wanted = static_cast<int>(std::ceil(largest_joint_step(from.joints, point.joints) / (0.9 * most)));
-      const int pieces = std::min(wanted, static_cast<int>(length / cell.machine().tolerances.min_segment_mm));
-      for (int p = 1; p < pieces; ++p) {
-        const double t = static_cast<double>(p) / pieces;
-        ArmPoint between;
-        between.draft.tip = (1.0 - t) * from.draft.tip + t * point.draft.tip;
-        between.draft.axis = ((1.0 - t) * from.draft.axis + t * point.draft.axis).normalized();
-        between.draft.normal = ((1.0 - t) * from.draft.normal + t * point.draft.normal).normalized();
-        between.draft.volume_mm3 = point.draft.volume_mm3 / pieces;
-        between.draft.duration_s = point.draft.duration_s / pieces;
-        between.yaw = (1.0 - t) * from.yaw + t * point.yaw;
-        if (cell.solve(between.draft.tip, between.draft.axis, between.yaw, section.branch, between.joints) != ArmFault::none) {
-          break;
-        }
-        result.push_back(between);
-      }
-      ArmPoint last = point;
-      const Index inserted = static_cast<Index>(std::max(1, pieces));
-      last.draft.volume_mm3 = point.draft.volume_mm3 / inserted;
-      last.draft.duration_s = point.draft.duration_s / inserted;
-      result.push_back(last);
-    } else {
-      result.push_back(point);
-    }
+  for (ArmPoint& point : section.points) {
+    if (!result.empty()) divide_segment(cell, section.branch, ArmPoint(result.back()), point, result);
+    result.push_back(point);
   }
   section.points = std::move(result);
 }
@@ -293,11 +291,19 @@ void append_section(const Cell& cell, ArmSection section, ArmState& state, std::
 
 }  // namespace
 
-ArmPath plan_arm_path(const Cell& cell, std::span<const DraftPoint> drafts, const MotionOptions& options,
-                      const ArmState& before) {
+const char* touching_link(const Cell& cell, const Deposit& deposit, const Joints& joints, Index before, double clearance,
+                          Contact* contact) {
+  for (const Cell::Capsule& link : cell.links(joints)) {
+    if (deposit.touches_capsule(link.a, link.b, link.radius, clearance, before, contact)) return link.name;
+  }
+  return nullptr;
+}
+
+ArmPath plan_arm_path(const Cell& cell, const Deposit* obstacles, std::span<const DraftPoint> drafts,
+                      const MotionOptions& options, const ArmState& before) {
   ArmPath path;
   ArmState state = before;
-  if (auto kept = keep_posture(cell, drafts, before)) {
+  if (auto kept = obstacles ? std::nullopt : keep_posture(cell, drafts, before)) {
     append_section(cell, std::move(*kept), state, path.sections);
     return path;
   }
@@ -305,7 +311,7 @@ ArmPath plan_arm_path(const Cell& cell, std::span<const DraftPoint> drafts, cons
   std::size_t first = 0;
   int refined = 0;
   while (first + 1 < keys.size() || (first == 0 && keys.size() == 1)) {
-    PostureGraph graph(cell, drafts, options, state);
+    PostureGraph graph(cell, obstacles, drafts, options, state);
     ArmFault fault = ArmFault::none;
     const std::size_t passed = graph.sweep(keys, first, true, &fault);
     const bool whole = first + passed == keys.size();

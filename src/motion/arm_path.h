@@ -40,7 +40,12 @@ struct ArmState {
 // solutions at key waypoints: within limits, away from singularities, no branch change, little turning, as the arm stands
 // before where that serves. Where no posture goes on, a new section begins. Long steps get waypoints in between, so that no
 // joint turns more than max_joint_step in one segment.
-[[nodiscard]] ArmPath plan_arm_path(const Cell& cell, std::span<const DraftPoint> drafts, const MotionOptions& options,
-                                    const ArmState& before);
+//   obstacles  what forearm and wrist must not touch as it lies when each waypoint is reached; may be null
+[[nodiscard]] ArmPath plan_arm_path(const Cell& cell, const Deposit* obstacles, std::span<const DraftPoint> drafts,
+                                    const MotionOptions& options, const ArmState& before);
+
+// The link of the arm that touches what is laid before a toolpath point, or null.
+[[nodiscard]] const char* touching_link(const Cell& cell, const Deposit& deposit, const Joints& joints, Index before,
+                                        double clearance, Contact* contact = nullptr);
 
 }  // namespace curvesup

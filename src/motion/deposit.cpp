@@ -25,12 +25,13 @@ double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-Deposit::Deposit(const Toolpaths& toolpaths, const std::vector<Vec3>& tips, double spacing_mm) {
+Deposit::Deposit(std::span<const Path> paths, std::span<const PathPoint> points, std::span<const Vec3> tips,
+                 double spacing_mm) {
   double top = 0.0;
-  for (const Path& path : toolpaths.paths) {
+  for (const Path& path : paths) {
     for (Index i = path.first_point; i < path.first_point + path.point_count; ++i) {
       top = std::max(top, tips[i].z());
-      const bool laid = i > path.first_point && toolpaths.points[i].volume_mm3 > 0.0;
+      const bool laid = i > path.first_point && points[i].volume_mm3 > 0.0;
       const int pieces = laid ? std::max(1, static_cast<int>(std::ceil((tips[i] - tips[i - 1]).norm() / spacing_mm))) : 1;
       if (!laid && i > path.first_point) continue;
       for (int s = 1; s <= pieces; ++s) {

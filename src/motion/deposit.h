@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "curvesup/core/run_context.h"
@@ -24,7 +25,7 @@ class Deposit {
  public:
   Deposit() = default;
   // Samples every bead at least every `spacing_mm` along its path. Tips must be those of the points.
-  Deposit(const Toolpaths& toolpaths, const std::vector<Vec3>& tips, double spacing_mm);
+  Deposit(std::span<const Path> paths, std::span<const PathPoint> points, std::span<const Vec3> tips, double spacing_mm);
 
   // First contact found with the head at `tip`, `axis`, or none. What lies no higher than `free_height` above the tip plane
   // is the nozzle's own business and never counts.

@@ -14,7 +14,9 @@ namespace curvesup {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kSampleSpacing_mm = 1.0;  // of deposited beads
+constexpr double kSampleSpacing_mm = 1.0;   // of deposited beads
+constexpr double kLongestSegment_mm = 3.0;  // longer ones are divided before anything is checked at their points
+constexpr int kTiltRounds = 4;
 constexpr double kPoseTolerance = 1e-6;    // m and rad, between joints and pose
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
@@ -45,39 +47,96 @@ class MotionPlanner {
   std::span<Vec3> axes_of(const Path& path) { return std::span(axes_).subspan(path.first_point, path.point_count); }
 
   void place_points(const PartPlacement& placement) {
-    points_ = toolpaths_.points;
-    tips_.resize(points_.size());
-    axes_.resize(points_.size());
     const Mat3 turn = Eigen::AngleAxisd(placement.rotation_rad, Vec3::UnitZ()).toRotationMatrix();
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      PathPoint& point = points_[i];
-      if (placement.rotation_rad != 0.0) {
-        point.position = turn * point.position;
-        point.normal = turn * point.normal;
+    for (const Path& source : toolpaths_.paths) {
+      Path path = source;
+      path.first_point = static_cast<Index>(points_.size());
+      for (Index i = source.first_point; i < source.first_point + source.point_count; ++i) {
+        PathPoint point = toolpaths_.points[i];
+        if (placement.rotation_rad != 0.0) {
+          point.position = turn * point.position;
+          point.normal = turn * point.normal;
+        }
+        point.position += placement.offset_mm;
+        append_point(point, i, i > source.first_point);
       }
-      point.position += placement.offset_mm;
-      tips_[i] = point.position + point.tip_offset_mm * point.normal;
+      path.point_count = static_cast<Index>(points_.size()) - path.first_point;
+      paths_.push_back(path);
     }
-    deposit_ = Deposit(toolpaths_, tips_, kSampleSpacing_mm);
+    axes_.resize(points_.size());
+    deposit_ = Deposit(paths_, points_, tips_, kSampleSpacing_mm);
+  }
+
+  // Appends a point; a long segment to it is divided, so that what is true at its points is nearly true between them.
+  void append_point(const PathPoint& point, Index source, bool joined) {
+    const Vec3 tip = point.position + point.tip_offset_mm * point.normal;
+    const double length = joined ? (tip - tips_.back()).norm() : 0.0;
+    const int pieces = std::max(1, static_cast<int>(std::ceil(length / kLongestSegment_mm)));
+    const PathPoint from = joined ? points_.back() : point;
+    const Vec3 from_tip = joined ? tips_.back() : tip;
+    for (int s = 1; s <= pieces; ++s) {
+      const double t = static_cast<double>(s) / pieces;
+      PathPoint between = point;
+      between.volume_mm3 = point.volume_mm3 / pieces;
+      if (s < pieces) {
+        between.position = (1.0 - t) * from.position + t * point.position;
+        between.normal = ((1.0 - t) * from.normal + t * point.normal).normalized();
+        between.tip_offset_mm = (1.0 - t) * from.tip_offset_mm + t * point.tip_offset_mm;
+      }
+      points_.push_back(between);
+      tips_.push_back((1.0 - t) * from_tip + t * tip);
+      sources_.push_back(s < pieces ? kNone : source);
+    }
+  }
+
+  // The toolpath point at or behind a divided one.
+  Index source_of(Index point) const {
+    while (point >= 0 && sources_[point] == kNone) ++point;
+    return point >= 0 ? sources_[point] : kNone;
   }
 
   // Nozzle axes and thinned waypoints of every path; each path on its own.
   void choose_axes() {
-    const std::size_t count = toolpaths_.paths.size();
+    const std::size_t count = paths_.size();
     drafts_.resize(count);
     std::vector<std::vector<AxisFault>> faults(count);
     const Tolerances& tolerances = cell_.machine().tolerances;
     parallel_for(count, 16, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t p = begin; p < end; ++p) {
-        const Path& path = toolpaths_.paths[p];
+        const Path& path = paths_[p];
         if (path.point_count == 0) continue;
-        smooth_axes(points_of(path), tips_of(path), tolerances, axes_of(path));
-        faults[p] = tilt_axes(cell_, deposit_, path.first_point, points_of(path), tips_of(path), options_, axes_of(path));
-        drafts_[p] = thin_waypoints(points_of(path), tips_of(path), axes_of(path), path.first_point,
-                                    cell_.machine().filaments[static_cast<int>(path.material)].max_flow_mm3_s, tolerances);
+        const double max_flow = cell_.machine().filaments[static_cast<int>(path.material)].max_flow_mm3_s;
+        // Waypoints at which the head touches something though the key points around are free become keys themselves.
+        std::vector<Index> keys;
+        for (int round = 0; round < kTiltRounds; ++round) {
+          smooth_axes(points_of(path), tips_of(path), tolerances, axes_of(path));
+          faults[p] = tilt_axes(cell_, deposit_, path.first_point, points_of(path), tips_of(path), options_, keys, axes_of(path));
+          drafts_[p] = thin_waypoints(points_of(path), tips_of(path), axes_of(path), path.first_point, max_flow, tolerances);
+          if (!options_.avoid_collisions || !add_touching_keys(path, drafts_[p], keys)) break;
+        }
       }
     });
     for (std::size_t p = 0; p < count; ++p) list_faults(static_cast<Index>(p), faults[p]);
+  }
+
+  // Adds the points of waypoints at which the head touches something; false when none is new.
+  bool add_touching_keys(const Path& path, const std::vector<DraftPoint>& drafts, std::vector<Index>& keys) const {
+    const std::size_t before = keys.size();
+    for (const DraftPoint& draft : drafts) {
+      const Index key = draft.point - path.first_point;
+      if (std::binary_search(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(before), key)) continue;
+      if (head_is_free(draft.tip, draft.axis, draft.point, nullptr)) continue;
+      for (Index k = std::max(0, key - 1); k <= std::min(path.point_count - 1, key + 1); ++k) keys.push_back(k);
+    }
+    if (keys.size() == before) return false;
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    return keys.size() > before;
+  }
+
+  bool head_is_free(const Vec3& tip, const Vec3& axis, Index point, Contact* contact) const {
+    return cell_.head_above_table(tip, axis) &&
+           !deposit_.touches_head(cell_.head(), tip, axis, free_height(points_[point]), 0.0, point, contact);
   }
 
   void list_faults(Index path, const std::vector<AxisFault>& faults) {
@@ -85,32 +144,35 @@ class MotionPlanner {
     for (const AxisFault& fault : faults) {
       if (!fault.reach) continue;
       ++result_.report.unreachable_waypoints;
-      if (!reach_listed) result_.report.unreachable.push_back({path, fault.point, tips_[fault.point], axes_[fault.point], describe(fault.arm)});
+      if (!reach_listed) result_.report.unreachable.push_back({path, source_of(fault.point), tips_[fault.point], axes_[fault.point], describe(fault.arm)});
       reach_listed = true;
     }
   }
 
   std::string name_of_contact(const char* body, const Contact& contact) const {
     if (contact.point == kNone) return std::string(body) + " touches the platform";
-    const auto& paths = toolpaths_.paths;
-    const auto next = std::upper_bound(paths.begin(), paths.end(), contact.point,
+    const auto next = std::upper_bound(paths_.begin(), paths_.end(), contact.point,
                                        [](Index point, const Path& path) { return point < path.first_point; });
-    const Index path = static_cast<Index>(next - paths.begin()) - 1;
-    const char* material = paths[path].material == Material::model ? "model" : "support";
-    return format("%s touches %s of path %d, layer %d", body, material, path, paths[path].layer);
+    const Index path = static_cast<Index>(next - paths_.begin()) - 1;
+    const char* material = paths_[path].material == Material::model ? "model" : "support";
+    return format("%s touches %s of path %d, layer %d", body, material, path, paths_[path].layer);
   }
 
   // Yaw and branch, path after path: each prefers to go on as the one before ended.
   void choose_postures() {
     ArmState state;
-    for (std::size_t p = 0; p < toolpaths_.paths.size(); ++p) {
+    for (std::size_t p = 0; p < paths_.size(); ++p) {
       if (drafts_[p].empty()) continue;
       if (p % 64 == 0) run_.check_stop();
-      const ArmPath arm = plan_arm_path(cell_, drafts_[p], options_, state);
+      ArmPath arm = plan_arm_path(cell_, nullptr, drafts_[p], options_, state);
+      if (options_.avoid_collisions && arm.unreachable == kNone && links_touch(arm)) {
+        ArmPath clear = plan_arm_path(cell_, &deposit_, drafts_[p], options_, state);
+        if (clear.unreachable == kNone) arm = std::move(clear);
+      }
       if (arm.unreachable != kNone) {
         const bool listed = !result_.report.unreachable.empty() && result_.report.unreachable.back().path == static_cast<Index>(p);
         if (!listed) {
-          result_.report.unreachable.push_back({static_cast<Index>(p), arm.unreachable, tips_[arm.unreachable],
+          result_.report.unreachable.push_back({static_cast<Index>(p), source_of(arm.unreachable), tips_[arm.unreachable],
                                                 axes_[arm.unreachable], describe(arm.fault)});
         }
         ++result_.report.unreachable_waypoints;
@@ -123,8 +185,19 @@ class MotionPlanner {
     }
   }
 
+  bool links_touch(const ArmPath& arm) const {
+    Index before = 0;
+    for (const ArmSection& section : arm.sections) {
+      for (const ArmPoint& point : section.points) {
+        if (point.draft.point != kNone) before = point.draft.point;
+        if (touching_link(cell_, deposit_, point.joints, before, 0.0)) return true;
+      }
+    }
+    return false;
+  }
+
   void add_chains(Index path_index, const ArmPath& arm) {
-    const Path& path = toolpaths_.paths[path_index];
+    const Path& path = paths_[path_index];
     Motion& motion = result_.motion;
     for (std::size_t s = 0; s < arm.sections.size(); ++s) {
       const ArmSection& section = arm.sections[s];
@@ -155,7 +228,7 @@ class MotionPlanner {
     waypoint.tip_mm = point.draft.tip;
     waypoint.axis = point.draft.axis;
     waypoint.joints = point.joints;
-    waypoint.point = point.draft.point;
+    waypoint.point = point.draft.point;  // of the divided paths until the report is made
     const Frame frame = cell_.tcp_frame(point.draft.tip, point.draft.axis, point.yaw);
     const Vec3 near = motion.waypoints.empty() || first ? Vec3::Zero() : motion.waypoints.back().pose.rotation_vector;
     waypoint.pose = {frame.translation(), rotation_vector_near(frame.linear(), near)};
@@ -248,7 +321,7 @@ class MotionPlanner {
       if (!plans[c].clear) {
         const std::size_t chain = std::min(c, count - 1);
         const Waypoint& waypoint = motion.waypoints[motion.paths[chain].first_waypoint];
-        result_.report.collisions.push_back({motion.paths[chain].path, waypoint.point, waypoint.tip_mm, plans[c].contact.position,
+        result_.report.collisions.push_back({motion.paths[chain].path, source_of(waypoint.point), waypoint.tip_mm, plans[c].contact.position,
                                              plans[c].contact.depth_mm, "travel: " + name_of_contact(plans[c].body, plans[c].contact)});
         ++result_.report.colliding_travels;
       }
@@ -256,7 +329,7 @@ class MotionPlanner {
   }
 
   Index last_point(const PathMotion& chain) const {
-    const Path& path = toolpaths_.paths[chain.path];
+    const Path& path = paths_[chain.path];
     return path.first_point + path.point_count - 1;
   }
 
@@ -274,7 +347,7 @@ class MotionPlanner {
     parallel_for(count, 32, run_, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
       for (std::size_t c = begin; c < end; ++c) {
         const PathMotion& chain = motion.paths[c];
-        Index at = toolpaths_.paths[chain.path].first_point;
+        Index at = paths_[chain.path].first_point;
         for (Index w = chain.first_waypoint; w < chain.first_waypoint + chain.waypoint_count; ++w) {
           Contact contact;
           if (motion.waypoints[w].point != kNone) at = motion.waypoints[w].point;
@@ -294,20 +367,15 @@ class MotionPlanner {
         if (listed == path.path) continue;
         listed = path.path;
         const Waypoint& waypoint = motion.waypoints[hit.waypoint];
-        result_.report.collisions.push_back({path.path, waypoint.point, waypoint.tip_mm, hit.contact.position,
+        result_.report.collisions.push_back({path.path, source_of(waypoint.point), waypoint.tip_mm, hit.contact.position,
                                              hit.contact.depth_mm, name_of_contact(hit.body, hit.contact)});
       }
     }
   }
 
   const char* touching_body(const Waypoint& waypoint, Index before, Contact& contact) const {
-    const double free = std::max(0.3, 2.0 * points_[before].tip_offset_mm);
-    if (!cell_.head_above_table(waypoint.tip_mm, waypoint.axis)) return "head";
-    if (deposit_.touches_head(cell_.head(), waypoint.tip_mm, waypoint.axis, free, 0.0, before, &contact)) return "head";
-    for (const Cell::Capsule& link : cell_.links(waypoint.joints)) {
-      if (deposit_.touches_capsule(link.a, link.b, link.radius, 0.0, before, &contact)) return link.name;
-    }
-    return nullptr;
+    if (!head_is_free(waypoint.tip_mm, waypoint.axis, before, &contact)) return "head";
+    return touching_link(cell_, deposit_, waypoint.joints, before, 0.0, &contact);
   }
 
   void finish_report() {
@@ -346,6 +414,9 @@ class MotionPlanner {
       }
     }
     worst_volume = volume_error();
+    for (Waypoint& waypoint : motion.waypoints) {
+      if (waypoint.point != kNone) waypoint.point = sources_[waypoint.point];
+    }
     report_deviations();
     const Arm& arm = cell_.machine().arm;
     auto& checks = report.checks;
@@ -369,7 +440,7 @@ class MotionPlanner {
       const Index path = chains[c].path;
       double laid = 0.0, wanted = 0.0;
       for (; c < chains.size() && chains[c].path == path; ++c) laid += chains[c].volume_mm3;
-      for (const PathPoint& point : points_of(toolpaths_.paths[path])) wanted += point.volume_mm3;
+      for (const PathPoint& point : points_of(paths_[path])) wanted += point.volume_mm3;
       worst = std::max(worst, std::abs(laid - wanted) / std::max(1e-12, wanted));
     }
     return worst;
@@ -407,8 +478,11 @@ class MotionPlanner {
   const Cell& cell_;
   const MotionOptions& options_;
   const RunContext& run_;
-  std::vector<PathPoint> points_;  // placed
+  // The toolpaths placed, with long segments divided.
+  std::vector<Path> paths_;
+  std::vector<PathPoint> points_;
   std::vector<Vec3> tips_, axes_;
+  std::vector<Index> sources_;  // toolpath point, kNone for one that divides a segment
   Deposit deposit_;
   std::vector<std::vector<DraftPoint>> drafts_;
   std::vector<ChainEnds> ends_;

@@ -10,7 +10,6 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kKeySpacing = 2.0;      // mm between points at which tilt is chosen
 constexpr double kKeyTurn = 0.12;        // rad of axis turn between them
-constexpr int kSmoothingPasses = 40;
 constexpr int kAzimuths = 8;
 constexpr double kLevelStep = 7.5 * kPi / 180.0;
 constexpr int kWindow = 4;               // keys around a fault that may tilt, times the number of levels over 4
@@ -26,16 +25,16 @@ Vec3 within(const Vec3& axis, const Vec3& centre, double limit) {
   return (std::cos(limit) * centre + std::sin(limit) * across).normalized();
 }
 
-// The height above the tip plane up to which material is the nozzle's own business: one bead.
-double free_height(const PathPoint& point) { return std::max(0.3, 2.0 * point.tip_offset_mm); }
-
-std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const Vec3> axes) {
+std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const Vec3> axes, std::span<const Index> extra) {
   std::vector<std::size_t> keys = {0};
+  std::size_t next = 0;
   double length = 0.0, turn = 0.0;
   for (std::size_t i = 1; i < tips.size(); ++i) {
     length += (tips[i] - tips[i - 1]).norm();
     turn += angle_between(axes[i], axes[i - 1]);
-    if (length < kKeySpacing && turn < kKeyTurn && i + 1 < tips.size()) continue;
+    while (next < extra.size() && extra[next] < static_cast<Index>(i)) ++next;
+    const bool wanted = next < extra.size() && extra[next] == static_cast<Index>(i);
+    if (length < kKeySpacing && turn < kKeyTurn && i + 1 < tips.size() && !wanted) continue;
     keys.push_back(i);
     length = turn = 0.0;
   }
@@ -46,9 +45,10 @@ std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const 
 class TiltPlanner {
  public:
   TiltPlanner(const Cell& cell, const Deposit& deposit, Index first_point, std::span<const PathPoint> points,
-              std::span<const Vec3> tips, const MotionOptions& options, std::span<Vec3> axes)
+              std::span<const Vec3> tips, const MotionOptions& options, std::span<const Index> extra_keys,
+              std::span<Vec3> axes)
       : cell_(cell), deposit_(deposit), first_point_(first_point), points_(points), tips_(tips), options_(options), axes_(axes) {
-    keys_ = key_points(tips, axes);
+    keys_ = key_points(tips, axes, extra_keys);
     const double most = cell.machine().tolerances.max_tilt_deviation.radians();
     levels_ = static_cast<int>(std::ceil(most / kLevelStep));
     states_ = 1 + levels_ * kAzimuths;
@@ -212,6 +212,8 @@ class TiltPlanner {
 
 }  // namespace
 
+double free_height(const PathPoint& point) { return std::max(0.3, 2.0 * point.tip_offset_mm); }
+
 std::vector<double> yaw_values(int samples) {
   const int side = std::max(0, (samples - 1) / 2);
   const double step = 2.0 * kPi / std::max(1, samples);
@@ -242,37 +244,31 @@ bool reachable(const Cell& cell, const Vec3& tip, const Vec3& axis, int yaw_samp
   return false;
 }
 
+// The axis follows its normal at no more than the allowed rate, once from the path's start and once from its end; the
+// mean of both turns no faster and lags on neither side.
 void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, const Tolerances& tolerances,
                  std::span<Vec3> axes) {
   const double rate = tolerances.max_tilt_rate_deg_mm * kPi / 180.0;
   const double most = tolerances.max_tilt_deviation.radians();
   const std::size_t count = points.size();
-  for (std::size_t i = 0; i < count; ++i) axes[i] = points[i].normal;
-  const auto fast = [&](std::size_t i) {  // between i and i + 1
-    return angle_between(axes[i], axes[i + 1]) > rate * (tips[i + 1] - tips[i]).norm() + 1e-9;
-  };
-  std::vector<Vec3> next(axes.begin(), axes.end());
-  for (int pass = 0; pass < kSmoothingPasses; ++pass) {
-    bool changed = false;
-    for (std::size_t i = 0; i < count; ++i) {
-      const bool before = i > 0 && fast(i - 1), after = i + 1 < count && fast(i);
-      if (!before && !after) continue;
-      const Vec3& left = axes[i > 0 ? i - 1 : i];
-      const Vec3& right = axes[i + 1 < count ? i + 1 : i];
-      const Vec3 mean = left + 2.0 * axes[i] + right;
-      if (mean.norm() < 1e-6) continue;
-      next[i] = within(mean.normalized(), points[i].normal, most);
-      changed = true;
-    }
-    if (!changed) break;
-    std::copy(next.begin(), next.end(), axes.begin());
+  if (count == 0) return;
+  const auto reach = [&](std::size_t a, std::size_t b) { return rate * (tips[a] - tips[b]).norm(); };
+  axes[0] = points[0].normal;
+  for (std::size_t i = 1; i < count; ++i) axes[i] = within(points[i].normal, axes[i - 1], reach(i, i - 1));
+  Vec3 back = points[count - 1].normal;
+  for (std::size_t i = count; i-- > 0;) {
+    if (i + 1 < count) back = within(points[i].normal, back, reach(i, i + 1));
+    const Vec3 mean = axes[i] + back;
+    if (mean.norm() > 1e-6) axes[i] = mean.normalized();
+    axes[i] = within(axes[i], points[i].normal, most);
   }
 }
 
 std::vector<AxisFault> tilt_axes(const Cell& cell, const Deposit& deposit, Index first_point,
                                  std::span<const PathPoint> points, std::span<const Vec3> tips,
-                                 const MotionOptions& options, std::span<Vec3> axes) {
-  return TiltPlanner(cell, deposit, first_point, points, tips, options, axes).run();
+                                 const MotionOptions& options, std::span<const Index> extra_keys,
+                                 std::span<Vec3> axes) {
+  return TiltPlanner(cell, deposit, first_point, points, tips, options, extra_keys, axes).run();
 }
 
 }  // namespace curvesup

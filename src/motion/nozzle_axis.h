@@ -26,9 +26,14 @@ void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, 
 // programming over directions within max_tilt_deviation of the normal, and interpolated between. Returns the first
 // fault that no allowed tilt removes, if any; its axis stays as near the normal as smoothing left it.
 //   first_point  index of points[0] in Toolpaths::points
+//   extra_keys   ascending; points of the path that are keys whatever their distance
 std::vector<AxisFault> tilt_axes(const Cell& cell, const Deposit& deposit, Index first_point,
                                  std::span<const PathPoint> points, std::span<const Vec3> tips,
-                                 const MotionOptions& options, std::span<Vec3> axes);
+                                 const MotionOptions& options, std::span<const Index> extra_keys,
+                                 std::span<Vec3> axes);
+
+// The height above the tip plane up to which material is the nozzle's own business: one bead.
+[[nodiscard]] double free_height(const PathPoint& point);
 
 // True when some turn of the head and some branch reach the tip; `fault` says why not (the least severe one met).
 // yaw_hint and branch_hint are tried first and updated.

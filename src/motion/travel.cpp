@@ -22,13 +22,18 @@ class Planner {
 
   TravelPlan plan(const TravelEnd& from, const TravelEnd& to, const TravelEnd* via) {
     std::optional<TravelPlan> last;
-    for (const double lift : lifts(from, to, via)) {
-      for (const bool over_top : {false, true}) {
-        if (over_top && lift < cell_.machine().tolerances.travel_clearance_mm) continue;
-        std::optional<TravelPlan> plan = attempt(from, to, via, lift, over_top);
-        if (!plan) continue;
-        if (plan->clear) return *plan;
-        last = std::move(plan);
+    // With all the clearance; where no way has it (deep between walls), with that of printing.
+    for (const double share : {0.5, 0.0}) {
+      for (const auto& [up, down] : lift_pairs(lifts(from, to, via))) {
+        clearance_ = std::max(share * std::min(up, cell_.machine().tolerances.travel_clearance_mm),
+                              cell_.machine().tolerances.clearance_mm);
+        for (const double over_top : {-1.0, 2.0, 8.0, 20.0}) {
+          if (over_top > 0.0 && up < cell_.machine().tolerances.travel_clearance_mm) continue;
+          std::optional<TravelPlan> plan = attempt(from, to, via, up, down, over_top);
+          if (!plan) continue;
+          if (plan->clear) return *plan;
+          last = std::move(plan);
+        }
       }
     }
     if (last) return *last;
@@ -44,6 +49,18 @@ class Planner {
     if (near) result.push_back(std::min(1.0, clearance));
     for (const double factor : {1.0, 3.0, 8.0, 16.0}) result.push_back(factor * clearance);
     return result;
+  }
+
+  // The same lift at both ends, lowest first; then each with each other.
+  static std::vector<std::pair<double, double>> lift_pairs(const std::vector<double>& lifts) {
+    std::vector<std::pair<double, double>> pairs;
+    for (const double lift : lifts) pairs.emplace_back(lift, lift);
+    for (const double up : lifts) {
+      for (const double down : lifts) {
+        if (up != down) pairs.emplace_back(up, down);
+      }
+    }
+    return pairs;
   }
 
   // The end's pose moved back along its axis, or up and upright; nullopt when the arm cannot take it.
@@ -66,8 +83,8 @@ class Planner {
     return {frame.translation(), rotation_vector_near(frame.linear(), near)};
   }
 
-  std::optional<TravelEnd> above(const TravelEnd& lifted) const {
-    const double top = deposit_.top_before(before_) + 2.0 * cell_.machine().tolerances.travel_clearance_mm;
+  std::optional<TravelEnd> above(const TravelEnd& lifted, double clearances) const {
+    const double top = deposit_.top_before(before_) + clearances * cell_.machine().tolerances.travel_clearance_mm;
     // Upright where the arm can, else half way up.
     const Vec3 tip(lifted.tip.x(), lifted.tip.y(), std::max(lifted.tip.z(), top));
     for (const double share : {1.0, 0.6, 0.3}) {
@@ -77,8 +94,9 @@ class Planner {
     return std::nullopt;
   }
 
-  std::optional<TravelPlan> attempt(const TravelEnd& from, const TravelEnd& to, const TravelEnd* via, double lift,
-                                    bool over_top) {
+  // over_top: by how many clearances the way passes above everything printed; negative: no higher than the lift.
+  std::optional<TravelPlan> attempt(const TravelEnd& from, const TravelEnd& to, const TravelEnd* via, double lift_from,
+                                    double lift_to, double over_top) {
     std::vector<TravelEnd> stops;
     std::vector<TravelStep> steps;
     const auto add = [&](const TravelEnd& end, TravelStep step) {
@@ -88,11 +106,11 @@ class Planner {
     const TravelStep onward = via ? TravelStep::from_purge : to.station ? TravelStep::to_home : TravelStep::cross;
     add(from, TravelStep::lift);
     if (!from.station) {
-      const auto lifted = at(from.tip + lift * from.axis, from.axis, from);
+      const auto lifted = at(from.tip + lift_from * from.axis, from.axis, from);
       if (!lifted) return std::nullopt;
       add(*lifted, TravelStep::lift);
-      if (over_top) {
-        const auto high = above(*lifted);
+      if (over_top > 0.0) {
+        const auto high = above(*lifted, over_top);
         if (!high) return std::nullopt;
         add(*high, via ? TravelStep::to_purge : TravelStep::lift);
       }
@@ -101,10 +119,10 @@ class Planner {
     if (to.station) {
       add(to, onward);
     } else {
-      const auto lifted = at(to.tip + lift * to.axis, to.axis, to);
+      const auto lifted = at(to.tip + lift_to * to.axis, to.axis, to);
       if (!lifted) return std::nullopt;
-      if (over_top) {
-        const auto high = above(*lifted);
+      if (over_top > 0.0) {
+        const auto high = above(*lifted, over_top);
         if (!high) return std::nullopt;
         add(*high, onward);
         add(*lifted, TravelStep::lower);
@@ -113,13 +131,12 @@ class Planner {
       }
       add(to, TravelStep::lower);
     }
-    return prove(stops, steps, lift);
+    return prove(stops, steps);
   }
 
   // The moves between stops, and whether head and arm stay clear on them.
-  TravelPlan prove(const std::vector<TravelEnd>& stops, const std::vector<TravelStep>& steps, double lift) {
+  TravelPlan prove(const std::vector<TravelEnd>& stops, const std::vector<TravelStep>& steps) {
     TravelPlan plan;
-    const double clearance = 0.5 * std::min(lift, cell_.machine().tolerances.travel_clearance_mm);
     for (std::size_t i = 1; i < stops.size(); ++i) {
       const TravelEnd &a = stops[i - 1], &b = stops[i];
       // Along the nozzle's own axis the head only uncovers space that it filled, or will fill, while printing.
@@ -127,7 +144,7 @@ class Planner {
                             (i == 1 || i + 1 == stops.size());
       const bool last_down = i + 1 == stops.size() && steps[i] == TravelStep::lower;
       plan.moves.push_back(own_axis || last_down ? linear(a, b, steps[i]) : joint(a, b, steps[i]));
-      if (plan.clear && !own_axis) check(a, b, clearance, plan);
+      if (plan.clear && !own_axis) check(a, b, clearance_, plan);
       if (plan.clear && own_axis) check_pose(b.joints, 0.0, plan, false);
     }
     return plan;
@@ -208,6 +225,7 @@ class Planner {
   const Cell& cell_;
   const Deposit& deposit_;
   Index before_;
+  double clearance_ = 0.0;  // of the ways that are tried now
 };
 
 }  // namespace

@@ -44,6 +44,18 @@ Merged merge_near_points(std::span<const PathPoint> points, std::span<const Vec3
   return merged;
 }
 
+// A bead whose ends are nearer than programs may state is laid over that least length around its middle.
+void stretch_short_bead(DraftPoint& a, DraftPoint& b, double nearest) {
+  const Vec3 along = b.tip - a.tip;
+  if (along.norm() >= nearest) return;
+  const Vec3 direction = along.norm() > 1e-9 ? Vec3(along.normalized()) : a.axis.unitOrthogonal();
+  const Vec3 middle = 0.5 * (a.tip + b.tip);
+  a.tip = middle - 0.505 * nearest * direction;
+  b.tip = middle + 0.505 * nearest * direction;
+  b.axis = a.axis;
+  b.duration_s = std::max(b.duration_s, 1e-3);
+}
+
 }  // namespace
 
 std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::span<const Vec3> tips,
@@ -93,6 +105,7 @@ std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::s
     keep(to, from);
     from = to;
   }
+  if (kept.size() == 2) stretch_short_bead(kept[0], kept[1], tolerances.min_segment_mm);
   return kept;
 }
 

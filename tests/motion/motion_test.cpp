@@ -104,13 +104,64 @@ TEST(PlanMotion, CapLeaningSixtyDegreesIsReachedEverywhere) {
 }
 
 TEST(PlanMotion, OutOfReachIsReportedWithItsFirstPlace) {
-  Toolpaths toolpaths = shapes::flat_rings(10.0, 1);
+  Toolpaths toolpaths = shapes::flat_rings(3.0, 1);
   for (PathPoint& point : toolpaths.points) point.position.x() += 600.0;
   const MotionResult result = plan_motion(toolpaths, Machine{});
   ASSERT_FALSE(result.report.unreachable.empty());
   EXPECT_EQ(result.report.unreachable.front().path, 0);
   EXPECT_FALSE(result.report.unreachable.front().reason.empty());
   EXPECT_FALSE(find(result.report, "motion.unreachable").ok);
+}
+
+// A wall printed earlier beside a bead: upright, the cone would cut into it.
+Toolpaths bead_beside_wall(double wall_height, bool both_sides) {
+  Toolpaths toolpaths;
+  const std::vector<Vec3> up(41, Vec3::UnitZ());
+  const auto row = [&](double y, double z, Index layer) {
+    std::vector<Vec3> positions;
+    for (int i = 0; i <= 40; ++i) positions.push_back(Vec3(i - 20.0, y, z));
+    shapes::add_path(toolpaths, positions, up, layer);
+  };
+  for (int k = 0; 0.6 * k < wall_height; ++k) {
+    row(4.0, 0.3 + 0.6 * k, k);
+    if (both_sides) row(-4.0, 0.3 + 0.6 * k, k);
+  }
+  row(0.0, 20.3, 100);
+  return toolpaths;
+}
+
+TEST(PlanMotion, NozzleTiltsAwayFromAWallAndNoMoreThanNeeded) {
+  // The bead lies 20.6 mm up; the wall is 10 mm taller and 4 mm away: the 30 degree cone needs about 9 degrees.
+  const Toolpaths toolpaths = bead_beside_wall(30.0, false);
+  const MotionResult result = plan_motion(toolpaths, Machine{});
+  expect_all_checks(result.report);
+  expect_sound(toolpaths, Machine{}, result);
+  EXPECT_GT(result.report.tilt_deviation_max_deg, 5.0);
+  EXPECT_LT(result.report.tilt_deviation_max_deg, 16.0);
+  MotionOptions stiff;
+  stiff.avoid_collisions = false;
+  const MotionResult upright = plan_motion(toolpaths, Machine{}, stiff);
+  EXPECT_GT(upright.report.colliding_waypoints, 0u);
+  EXPECT_EQ(upright.report.tilt_deviation_max_deg, 0.0);
+}
+
+TEST(PlanMotion, TrenchTooNarrowIsReportedAsACollisionThatNamesWhatIsTouched) {
+  const MotionResult result = plan_motion(bead_beside_wall(40.0, true), Machine{});
+  ASSERT_FALSE(result.report.collisions.empty());
+  EXPECT_NE(result.report.collisions.front().what.find("touches model of path"), std::string::npos);
+  EXPECT_FALSE(find(result.report, "motion.collisions").ok);
+  EXPECT_TRUE(result.report.unreachable.empty());
+}
+
+TEST(PlanMotion, AutomaticPlacementBringsAPartIntoReach) {
+  Toolpaths toolpaths = shapes::flat_rings(3.0, 1);
+  for (PathPoint& point : toolpaths.points) point.position.x() += 620.0;
+  EXPECT_FALSE(plan_motion(toolpaths, Machine{}).report.unreachable.empty());
+  Machine machine;
+  machine.place = Placement::automatic;
+  const MotionResult result = plan_motion(toolpaths, machine);
+  expect_all_checks(result.report);
+  EXPECT_LT(result.motion.part_offset_mm.x(), -300.0);
 }
 
 TEST(PlanMotion, ThreadsDoNotChangeAnything) {

@@ -1,0 +1,136 @@
+#include "motion/deposit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "helpers/toolpath_shapes.h"
+
+namespace curvesup {
+namespace {
+
+// The head's profile as many small steps: nearest of dense boundary samples, sign by the definition of the solid.
+double sampled_distance(const Tool& tool, double height, double radius) {
+  const double slope = tool.cone_half_angle.tan(), cone_end = tool.tip_radius_mm + slope * tool.cone_length_mm;
+  double nearest = 1e300;
+  const auto side = [&](double h0, double r0, double h1, double r1) {
+    for (int i = 0; i <= 20000; ++i) {
+      const double t = i / 20000.0;
+      nearest = std::min(nearest, std::hypot(height - h0 - t * (h1 - h0), radius - r0 - t * (r1 - r0)));
+    }
+  };
+  side(0, 0, 0, tool.tip_radius_mm);
+  side(0, tool.tip_radius_mm, tool.cone_length_mm, cone_end);
+  side(tool.cone_length_mm, cone_end, tool.cone_length_mm, tool.head_radius_mm);
+  side(tool.cone_length_mm, tool.head_radius_mm, tool.head_length_mm, tool.head_radius_mm);
+  side(tool.head_length_mm, tool.head_radius_mm, tool.head_length_mm, 0);
+  const bool in_cone = height >= 0 && height <= tool.cone_length_mm && radius <= tool.tip_radius_mm + slope * height;
+  const bool in_head = height >= tool.cone_length_mm && height <= tool.head_length_mm && radius <= tool.head_radius_mm;
+  return in_cone || in_head ? -nearest : nearest;
+}
+
+TEST(HeadShape, DistanceMatchesDenselySampledProfile) {
+  const Tool tool;
+  const HeadShape head(tool);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> height(-40, 300), radius(0, 90), near(0, 3);
+  for (int trial = 0; trial < 100; ++trial) {
+    const double h = trial % 2 ? height(random) : near(random), r = trial % 2 ? radius(random) : near(random);
+    EXPECT_NEAR(head.distance(h, r), sampled_distance(tool, h, r), 0.02) << h << " " << r;
+  }
+}
+
+TEST(HeadShape, LowestPointOfATiltedHead) {
+  const Tool tool;
+  const HeadShape head(tool);
+  EXPECT_NEAR(head.lowest_z(Vec3(0, 0, 5), Vec3::UnitZ(), 1.0), 6.0, 1e-12);
+  const Vec3 level = Vec3::UnitX();  // lying down: the cylinder's side is lowest
+  EXPECT_NEAR(head.lowest_z(Vec3(0, 0, 50), level, 1.0), 50.0 - tool.head_radius_mm, 1e-12);
+}
+
+struct Scene {
+  Toolpaths toolpaths;
+  std::vector<Vec3> tips;
+  Deposit deposit;
+};
+
+Scene random_scene() {
+  Scene scene;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> at(-30, 30), up(0, 20);
+  for (int p = 0; p < 40; ++p) {
+    std::vector<Vec3> positions, normals;
+    for (int i = 0; i < 20; ++i) {
+      positions.push_back(Vec3(at(random), at(random), up(random)));
+      normals.push_back(Vec3::UnitZ());
+    }
+    shapes::add_path(scene.toolpaths, positions, normals, p);
+  }
+  for (const PathPoint& point : scene.toolpaths.points) scene.tips.push_back(point.position + point.tip_offset_mm * point.normal);
+  scene.deposit = Deposit(scene.toolpaths.paths, scene.toolpaths.points, scene.tips, 1e6);  // samples are the tips themselves
+  return scene;
+}
+
+TEST(Deposit, HeadContactMatchesBruteForceAtEveryMoment) {
+  const Scene scene = random_scene();
+  Tool tool;
+  tool.cone_length_mm = 15;
+  tool.head_radius_mm = 12;
+  const HeadShape head(tool);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> at(-35, 35), tilt(-1, 1);
+  int touching = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const Vec3 tip(at(random), at(random), 0.4 * at(random) + 14);
+    const Vec3 axis = Vec3(tilt(random), tilt(random), 1.0).normalized();
+    const Index before = static_cast<Index>(random() % scene.tips.size());
+    const double free = 0.5, clearance = 0.2;
+    bool expected = false;
+    for (Index i = 0; i < before; ++i) {
+      const double height = (scene.tips[i] - tip).dot(axis);
+      expected = expected || (height > free && head.distance(scene.tips[i], tip, axis) < clearance);
+    }
+    Contact contact;
+    ASSERT_EQ(scene.deposit.touches_head(head, tip, axis, free, clearance, before, &contact), expected) << trial;
+    if (expected) {
+      ++touching;
+      EXPECT_LT(contact.point, before);
+      EXPECT_NEAR(contact.depth_mm, clearance - head.distance(contact.position, tip, axis), 1e-9);
+    }
+  }
+  EXPECT_GT(touching, 100);
+  EXPECT_LT(touching, 1900);
+}
+
+TEST(Deposit, CapsuleContactMatchesBruteForce) {
+  const Scene scene = random_scene();
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> at(-40, 40);
+  int touching = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    const Vec3 a(at(random), at(random), at(random)), b(at(random), at(random), at(random));
+    const Index before = static_cast<Index>(random() % scene.tips.size());
+    bool expected = false;
+    for (Index i = 0; i < before; ++i) {
+      const double t = std::clamp((scene.tips[i] - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+      expected = expected || (scene.tips[i] - a - t * (b - a)).norm() < 4.5;
+    }
+    EXPECT_EQ(scene.deposit.touches_capsule(a, b, 4.0, 0.5, before), expected);
+    touching += expected;
+  }
+  EXPECT_GT(touching, 100);
+  EXPECT_LT(touching, 900);
+}
+
+TEST(Deposit, TopGrowsWithThePrint) {
+  const Toolpaths toolpaths = shapes::flat_rings(5.0, 3);
+  std::vector<Vec3> tips;
+  for (const PathPoint& point : toolpaths.points) tips.push_back(point.position + point.tip_offset_mm * point.normal);
+  const Deposit deposit(toolpaths.paths, toolpaths.points, tips, 1.0);
+  EXPECT_NEAR(deposit.top_before(static_cast<Index>(tips.size())), 1.8, 1e-12);
+  EXPECT_NEAR(deposit.top_before(1), 0.6, 1e-12);
+}
+
+}  // namespace
+}  // namespace curvesup
