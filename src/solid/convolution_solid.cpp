@@ -11,11 +11,11 @@
 namespace curvesup {
 namespace {
 
-constexpr double kCollinear = 1e-7;   // mm: how far a joined node may lie off its strut
+constexpr double kStraight = 0.005;   // radii: how far a joined node may lie off its strut
 constexpr double kBoundSlack = 1e-9;  // rounding of the sums that bounds() must enclose
-constexpr double kFinestCell = 1.5;   // mm
-constexpr int kBoundLevels = 5;       // coarser grids, each cell twice as large as the one before
 constexpr double kMaxCells = 4e6;
+// Cell sizes and margins in mm: the first grid serves value(), the others bounds() of balls up to their margin.
+constexpr double kGrids[][2] = {{2.0, 0.0}, {3.0, 1.5}, {6.0, 6.0}, {16.0, 16.0}};
 
 // Integral of s^2 (1 - s)^2 from 0 to s.
 double kernel_integral(double s) { return s * s * s * (1.0 / 3.0 + s * (-0.5 + s * 0.2)); }
@@ -52,7 +52,7 @@ std::vector<Strut> struts_of(const Skeleton& skeleton) {
       if (skeleton.edges[next].radius_mm != first.radius_mm) break;
       passed.push_back(skeleton.nodes[end].position);
       const bool straight = std::all_of(passed.begin(), passed.end(), [&](const Vec3& p) {
-        return (closest_point_on_segment(p, start, after) - p).norm() <= kCollinear;
+        return (closest_point_on_segment(p, start, after) - p).norm() <= kStraight * first.radius_mm;
       });
       if (!straight) break;
       joined[next] = 1;
@@ -121,9 +121,7 @@ void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOpt
   if (kernels_.empty()) return;
   low_ = low;
   high_ = high;
-  grids_.push_back(make_grid(kFinestCell, 0.0));
-  double cell = kFinestCell;
-  for (int level = 0; level < kBoundLevels; ++level, cell *= 2.0) grids_.push_back(make_grid(cell, 0.5 * cell));
+  for (const auto& [cell, margin] : kGrids) grids_.push_back(make_grid(cell, margin));
 }
 
 void ConvolutionSolid::add_feet(const Skeleton& skeleton, const ConvolutionOptions& options) {

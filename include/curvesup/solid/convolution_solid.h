@@ -22,8 +22,8 @@ struct Strut {
 };
 
 // The struts of a skeleton: leaf edges reach one radius past their leaf and platform ends one radius below the
-// platform, so that the first and the last layer have the full radius; collinear neighbours of one radius are joined,
-// which changes no sum. O(edges).
+// platform, so that the first and the last layer have the full radius; neighbours of one radius are joined while no node
+// between them lies off the joined strut by more than half a percent of the radius. O(edges).
 [[nodiscard]] std::vector<Strut> struts_of(const Skeleton& skeleton);
 
 // Convolution surface around struts (paper, section III-B, equations 3 and 4): value(p) = -1 + sum of F_e(p).
