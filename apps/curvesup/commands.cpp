@@ -1,0 +1,177 @@
+#include "commands.h"
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <ctime>
+#include <filesystem>
+#include <iostream>
+#include <thread>
+
+#include "curvesup/core/error.h"
+#include "curvesup/pipeline/config.h"
+#include "curvesup/pipeline/slice.h"
+#include "terminal.h"
+
+namespace curvesup::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kUsageExit = 2;
+
+// Turns SIGINT and SIGTERM into a stop request, from a thread of its own: nothing is done inside a signal handler.
+class InterruptWatch {
+ public:
+  InterruptWatch() {
+    sigemptyset(&signals_);
+    sigaddset(&signals_, SIGINT);
+    sigaddset(&signals_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+    watcher_ = std::jthread([this](const std::stop_token& ended) {
+      const timespec wait{0, 100'000'000};
+      while (!ended.stop_requested()) {
+        if (sigtimedwait(&signals_, nullptr, &wait) > 0) source_.request_stop();
+      }
+    });
+  }
+  [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
+
+ private:
+  sigset_t signals_{};
+  std::stop_source source_;
+  std::jthread watcher_;
+};
+
+ConfigSearch shipped_profiles() {
+  std::error_code ignored;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  return {{program / ".." / "share" / "curvesup" / "machines", program / ".." / "data" / "machines",
+           fs::path(CURVESUP_SOURCE_DATA) / "machines"}};
+}
+
+struct Arguments {
+  std::string model, config, out, stop_after, key, progress = "auto";
+  std::vector<std::string> overrides;
+  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+};
+
+ConfigSource config_of(const Arguments& arguments) {
+  ConfigSource config = arguments.config.empty() ? ConfigSource{} : read_config(arguments.config, shipped_profiles());
+  for (const std::string& assignment : arguments.overrides) apply_override(config, assignment);
+  return config;
+}
+
+fs::path out_of(const Arguments& arguments) {
+  if (!arguments.out.empty()) return arguments.out;
+  return fs::path(arguments.model).stem().string() + "_out";
+}
+
+ProgressMode progress_mode(const std::string& name) {
+  if (name == "json") return ProgressMode::json;
+  return name == "none" ? ProgressMode::none : ProgressMode::automatic;
+}
+
+// The context every long command runs in.
+class Session {
+ public:
+  explicit Session(const Arguments& arguments) : terminal_(progress_mode(arguments.progress)) {
+    context.threads = arguments.threads;
+    context.stop = watch_.token();
+    context.log_sink = [this](LogLevel level, std::string_view message) { terminal_.log(level, message); };
+  }
+  ~Session() { terminal_.finish(); }
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  void progress(double fraction, std::string_view stage) { terminal_.progress(fraction, stage); }
+
+  RunContext context;
+
+ private:
+  InterruptWatch watch_;
+  Terminal terminal_;
+};
+
+int run_slice(const Arguments& arguments) {
+  SliceRequest request{arguments.model, config_of(arguments), out_of(arguments), arguments.stop_after, {}};
+  SliceOutcome outcome;
+  {
+    Session session(arguments);
+    request.on_progress = [&](double fraction, std::string_view stage) { session.progress(fraction, stage); };
+    outcome = slice(request, session.context);
+  }
+  std::cout << summary_text(outcome, request.out);
+  return outcome.exit_code;
+}
+
+int run_config_check(const Arguments& arguments) {
+  ConfigSource config = read_config(arguments.config, shipped_profiles());
+  const Json resolved = resolve_config(config);
+  std::cout << arguments.config << ": ok, " << config_keys().size() << " keys resolved\n";
+  return 0;
+}
+
+void add_run_options(CLI::App& command, Arguments& arguments) {
+  command.add_option("-s,--set", arguments.overrides, "Override one config key: key.path=value")->take_all()->allow_extra_args(false);
+  command.add_option("--threads", arguments.threads, "Worker threads; the result does not depend on them")->check(CLI::Range(1, 256));
+  command.add_option("--progress", arguments.progress, "Progress on stderr")->check(CLI::IsMember({"auto", "json", "none"}));
+}
+
+}  // namespace
+
+int run(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app{"Curved layers, tree supports and robot programs from a tetrahedral mesh and a field."};
+  app.set_version_flag("--version", "curvesup " CURVESUP_VERSION);
+  app.require_subcommand(1);
+
+  auto* slice_command = app.add_subcommand("slice", "Slice a model into layers, supports, toolpaths and robot files");
+  slice_command->add_option("MODEL", arguments.model, "model.tet")->required();
+  slice_command->add_option("CONFIG", arguments.config, "config.json")->required();
+  slice_command->add_option("-o,--out", arguments.out, "Output folder; default <model name>_out");
+  slice_command->add_option("--stop-after", arguments.stop_after, "Stop after this stage")->check(CLI::IsMember(slice_stage_names()));
+  slice_command->footer("Example: curvesup slice model.tet config.json -o out -s layers.count=80");
+  add_run_options(*slice_command, arguments);
+
+  auto* config_command = app.add_subcommand("config", "Print, explain and check the config");
+  config_command->require_subcommand(1);
+  auto* init = config_command->add_subcommand("init", "Print a config with every key at its default");
+  auto* schema = config_command->add_subcommand("schema", "Print the JSON Schema");
+  auto* explain = config_command->add_subcommand("explain", "Explain one key or a whole section");
+  explain->add_option("KEY", arguments.key, "key.path")->required();
+  explain->footer("Example: curvesup config explain support.leaf_radius_mm");
+  auto* check_config = config_command->add_subcommand("check", "Check a config file");
+  check_config->add_option("FILE", arguments.config, "config.json")->required();
+  check_config->footer("Example: curvesup config check config.json");
+  init->footer("Example: curvesup config init > config.json");
+  schema->footer("Example: curvesup config schema > curvesup.schema.json");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::cerr << "curvesup: error [usage] command line: " << error.what() << " (see curvesup --help)\n";
+    return kUsageExit;
+  }
+
+  try {
+    if (slice_command->parsed()) return run_slice(arguments);
+    if (init->parsed()) std::cout << default_config().dump(2) << "\n";
+    if (schema->parsed()) std::cout << config_schema().dump(2) << "\n";
+    if (explain->parsed()) std::cout << explain_key(arguments.key);
+    if (check_config->parsed()) return run_config_check(arguments);
+    return 0;
+  } catch (const Error& error) {
+    std::cerr << "curvesup: error " << error.what() << "\n";
+    return exit_code(error.kind());
+  } catch (const std::bad_alloc&) {
+    std::cerr << "curvesup: error [internal] memory: not enough memory (use fewer layers or a coarser domain)\n";
+    return exit_code(ErrorKind::internal);
+  } catch (const std::exception& error) {
+    std::cerr << "curvesup: error [internal] program: " << error.what() << " (please report this)\n";
+    return exit_code(ErrorKind::internal);
+  }
+}
+
+}  // namespace curvesup::cli
