@@ -24,7 +24,7 @@ std::size_t line_of_byte(const std::string& text, std::size_t byte) {
 Json parse_json_file(const fs::path& file) {
   std::string text;
   try {
-    text = read_text_file(file);
+    text = read_file(file);
   } catch (const Error& error) {
     throw Error(ErrorKind::usage, error.where(), error.problem(), error.remedy());
   }

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "slice_state.h"
+
+namespace curvesup {
+
+// The options of each stage, read from a resolved config. This is the only place where config keys meet option structs.
+[[nodiscard]] PlaceOptions place_options(const Json& config);
+[[nodiscard]] FieldOptions field_options(const Json& config);
+[[nodiscard]] OverhangOptions overhang_options(const Json& config, const ConfigSource& source);
+[[nodiscard]] HullOptions hull_options(const Json& config);
+[[nodiscard]] DomainOptions domain_options(const Json& config);
+[[nodiscard]] SkeletonOptions skeleton_options(const Json& config);
+[[nodiscard]] TrimOptions trim_options(const Json& config);
+[[nodiscard]] ToolpathOptions toolpath_options(const Json& config);
+
+}  // namespace curvesup

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "curvesup/io/output_folder.h"
+#include "slice_state.h"
+
+namespace curvesup {
+
+// Writes every artifact of the stages that have run.
+void write_artifacts(OutputFolder& folder, const SliceState& state, const RunContext& run);
+
+// Writes manifest.json over all files so far, then report.json.
+void write_index(OutputFolder& folder, const SliceState& state, const Json& report);
+
+}  // namespace curvesup

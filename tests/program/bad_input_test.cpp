@@ -1,0 +1,130 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "helpers/program.h"
+#include "helpers/shapes.h"
+
+// Whatever is wrong with the input: one clear line, the documented exit code, nothing left behind, never a crash.
+namespace curvesup {
+namespace {
+
+using program::Folder;
+using program::Run;
+
+std::string tet_text(const TetMesh& mesh) {
+  std::ostringstream out;
+  out << mesh.vertices.size() << " vertices\n" << mesh.tets.size() << " tets\n";
+  for (const Vec3& v : mesh.vertices) out << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
+  for (const auto& t : mesh.tets) out << "4 " << t[0] << ' ' << t[1] << ' ' << t[2] << ' ' << t[3] << '\n';
+  return out.str();
+}
+
+TetMesh cube() { return shapes::brick_mesh({0, 0, 0}, {4, 4, 4}, {2, 2, 2}); }
+
+void expect_refused(const Folder& folder, const std::string& arguments, int exit_code, const std::string& kind, const std::string& word) {
+  const auto before = folder.files(".");
+  const Run run = folder.curvesup(arguments);
+  EXPECT_EQ(run.exit_code, exit_code) << run.err;
+  const std::string start = "curvesup: error [" + kind + "] ";
+  const std::size_t line = run.err.find(start);
+  ASSERT_NE(line, std::string::npos) << run.err;
+  EXPECT_EQ(std::count(run.err.begin() + static_cast<long>(line), run.err.end(), '\n'), 1) << "one line: " << run.err;
+  EXPECT_NE(run.err.find(word), std::string::npos) << run.err;
+  EXPECT_EQ(folder.files("."), before) << "nothing is left behind";
+}
+
+TEST(BadInput, MissingModel) {
+  const Folder folder;
+  folder.write("c.json", "{}");
+  expect_refused(folder, "slice nowhere.tet c.json", 3, "input", "nowhere.tet");
+}
+
+TEST(BadInput, MissingConfig) {
+  const Folder folder;
+  folder.write("m.tet", tet_text(cube()));
+  expect_refused(folder, "slice m.tet nowhere.json", 2, "usage", "nowhere.json");
+}
+
+TEST(BadInput, TruncatedModel) {
+  const Folder folder;
+  const std::string text = tet_text(cube());
+  folder.write("m.tet", text.substr(0, text.size() - 40));
+  folder.write("c.json", "{}");
+  expect_refused(folder, "slice m.tet c.json", 3, "input", "m.tet");
+}
+
+TEST(BadInput, IndexOutOfRange) {
+  const Folder folder;
+  TetMesh mesh = cube();
+  mesh.tets[3][2] = 999;
+  folder.write("m.tet", tet_text(mesh));
+  folder.write("c.json", "{}");
+  expect_refused(folder, "slice m.tet c.json", 3, "input", "999");
+}
+
+TEST(BadInput, NotANumber) {
+  const Folder folder;
+  std::string text = tet_text(cube());
+  const std::size_t line = text.find("\n2 ");
+  text.replace(line + 1, 1, "nan");
+  folder.write("m.tet", text);
+  folder.write("c.json", "{}");
+  expect_refused(folder, "slice m.tet c.json", 3, "input", "m.tet:");
+}
+
+TEST(BadInput, MixedOrientationThatCannotBeMended) {
+  const Folder folder;
+  TetMesh mesh = cube();
+  mesh.vertices[mesh.tets[0][0]] += Vec3(9, 9, 9);  // folds tets over their neighbours
+  folder.write("m.tet", tet_text(mesh));
+  folder.write("c.json", "{}");
+  expect_refused(folder, "slice m.tet c.json", 3, "input", "tet");
+}
+
+TEST(BadInput, UnknownKeyAndValueOutOfRange) {
+  const Folder folder;
+  folder.write("m.tet", tet_text(cube()));
+  folder.write("a.json", R"({"layers": {"cuont": 5}})");
+  folder.write("b.json", R"({"layers": {"count": -5}})");
+  folder.write("c.json", "{}");
+  expect_refused(folder, "slice m.tet a.json", 2, "usage", "layers.count");
+  expect_refused(folder, "slice m.tet b.json", 2, "usage", "-5");
+  expect_refused(folder, "slice m.tet c.json -s support.leaf_radius_mm=x", 2, "usage", "support.leaf_radius_mm");
+  expect_refused(folder, "slice m.tet", 2, "usage", "CONFIG");
+  expect_refused(folder, "slice m.tet c.json --frobnicate", 2, "usage", "frobnicate");
+}
+
+TEST(BadInput, UnwritableOutput) {
+  const Folder folder;
+  folder.write("m.tet", tet_text(cube()));
+  folder.write("c.json", "{}");
+  folder.write("taken", "a file, no folder");
+  expect_refused(folder, "slice m.tet c.json -o taken/out", 7, "output", "taken");
+  expect_refused(folder, "slice m.tet c.json -o taken", 7, "output", "taken");
+}
+
+TEST(BadInput, AFolderThatIsNotAnEarlierOutputIsNotReplaced) {
+  const Folder folder;
+  folder.write("m.tet", tet_text(cube()));
+  folder.write("c.json", "{}");
+  std::filesystem::create_directory(folder.path() / "mine");
+  folder.write("mine/thesis.txt", "precious");
+  expect_refused(folder, "slice m.tet c.json -o mine", 7, "output", "mine");
+}
+
+TEST(BadInput, FieldWithTooFewValuesAndConstantField) {
+  const Folder folder;
+  folder.write("m.tet", tet_text(cube()));
+  folder.write("short.txt", "0\n1\n");
+  std::string constant;
+  for (std::size_t i = 0; i < cube().vertices.size(); ++i) constant += "0.5\n";
+  folder.write("constant.txt", constant);
+  folder.write("a.json", R"({"field": {"source": "scalar_file", "path": "short.txt"}})");
+  folder.write("b.json", R"({"field": {"source": "scalar_file", "path": "constant.txt"}})");
+  expect_refused(folder, "slice m.tet a.json", 3, "input", "short.txt");
+  expect_refused(folder, "slice m.tet b.json", 3, "input", "constant");
+}
+
+}  // namespace
+}  // namespace curvesup

@@ -1,0 +1,127 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "curvesup/io/sha256.h"
+#include "helpers/program.h"
+
+// The program as a user runs it, on the shipped models.
+namespace curvesup {
+namespace {
+
+using nlohmann::ordered_json;
+using program::Folder;
+using program::Run;
+
+std::string slice_of(const std::string& model, const std::string& more = "") {
+  const std::string data = CURVESUP_DATA "/" + model;
+  return "slice '" + data + "/model.tet' '" + data + "/config.json' -o out --progress none " + more;
+}
+
+// report.json without its times.
+std::string untimed(const std::string& report) {
+  ordered_json json = ordered_json::parse(report);
+  json.erase("stages");
+  return json.dump();
+}
+
+class ShippedModel : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(ShippedModel, GivesTheExpectedCountsAndPassesItsChecks) {
+  const Folder folder;
+  const Run run = folder.curvesup(slice_of(GetParam()));
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
+  const auto files = folder.files("out");
+  const ordered_json report = ordered_json::parse(files.at("report.json"));
+  EXPECT_TRUE(report["ok"]);
+  EXPECT_GT(report["checks"].size(), 10u);
+
+  // expected.json: {"report.path": value} or {"report.path": [value, relative tolerance]}
+  const ordered_json expected = ordered_json::parse(program::read_all(CURVESUP_DATA "/" + std::string(GetParam()) + "/expected.json"));
+  for (const auto& [path, wanted] : expected.items()) {
+    std::string pointer = "/" + path;
+    std::replace(pointer.begin(), pointer.end(), '.', '/');
+    ASSERT_TRUE(report.contains(ordered_json::json_pointer(pointer))) << path;
+    const double value = report[ordered_json::json_pointer(pointer)].get<double>();
+    if (wanted.is_array()) {
+      EXPECT_NEAR(value, wanted[0].get<double>(), wanted[1].get<double>() * std::abs(wanted[0].get<double>())) << path;
+    } else {
+      EXPECT_EQ(value, wanted.get<double>()) << path;
+    }
+  }
+
+  const ordered_json manifest = ordered_json::parse(files.at("manifest.json"));
+  for (const auto& entry : manifest["files"]) {
+    const std::string path = entry["path"];
+    ASSERT_TRUE(files.contains(path)) << path;
+    EXPECT_EQ(sha256_hex(files.at(path)), entry["sha256"]) << path;
+  }
+  EXPECT_EQ(manifest["files"].size() + 2, files.size()) << "every file but manifest and report is listed";
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ShippedModel, ::testing::Values("block", "dome", "arches", "frame"),
+                         [](const auto& instance) { return std::string(instance.param); });
+
+TEST(Slice, SameBytesForOneAndTwoThreadsAndAnyLocale) {
+  const Folder one, two;
+  ASSERT_EQ(one.curvesup(slice_of("block", "--threads 1")).exit_code, 0);
+  ASSERT_EQ(two.curvesup(slice_of("block", "--threads 2"), "LC_ALL=de_DE.UTF-8").exit_code, 0);
+  auto a = one.files("out"), b = two.files("out");
+  EXPECT_EQ(untimed(a["report.json"]), untimed(b["report.json"]));
+  a.erase("report.json");
+  b.erase("report.json");
+  ASSERT_EQ(a.size(), b.size());
+  for (const auto& [name, bytes] : a) EXPECT_TRUE(bytes == b[name]) << name << " differs";
+}
+
+TEST(Slice, StopsAfterAStageAndReplacesAnOlderOutput) {
+  const Folder folder;
+  const Run first = folder.curvesup(slice_of("block", "--stop-after layers"));
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  const auto files = folder.files("out");
+  EXPECT_TRUE(files.contains("layers.vtp"));
+  EXPECT_FALSE(files.contains("toolpaths.vtp"));
+  const Run second = folder.curvesup(slice_of("block", "--stop-after field"));
+  ASSERT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_FALSE(folder.files("out").contains("layers.vtp")) << "the older output is gone as a whole";
+}
+
+TEST(Slice, AModelWithoutOverhangIsSlicedWithoutSupport) {
+  const Folder folder;
+  folder.write("m.tet", "8 vertices\n5 tets\n0 0 0\n9 0 0\n9 9 0\n0 9 0\n0 0 9\n9 0 9\n9 9 9\n0 9 9\n"
+                        "4 0 1 3 4\n4 1 2 3 6\n4 1 4 5 6\n4 3 4 6 7\n4 1 3 4 6\n");
+  folder.write("c.json", R"({"layers": {"thickness_mm": 0.9}})");
+  const Run run = folder.curvesup("slice m.tet c.json");
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
+  EXPECT_NE(run.err.find("no overhang"), std::string::npos) << run.err;
+  const ordered_json report = ordered_json::parse(folder.files("m_out").at("report.json"));
+  EXPECT_EQ(report["layers"]["model"], 10);
+  EXPECT_EQ(report["layers"]["support_printed"], 0);
+}
+
+TEST(Slice, AnInterruptLeavesNothingBehind) {
+  const Folder folder;
+  const std::string command = "cd '" + folder.path().string() + "' && (timeout --signal=INT 0.3 '" CURVESUP_BINARY_DIR "/curvesup' " +
+                              slice_of("dome") + " > /dev/null 2> err.txt; echo $? > code.txt)";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  EXPECT_NE(program::read_all(folder.path() / "err.txt").find("[interrupted]"), std::string::npos);
+  EXPECT_EQ(folder.files(".").size(), 2u) << "only err.txt and code.txt";
+}
+
+TEST(CommandLine, HelpVersionAndConfigCommands) {
+  const Folder folder;
+  EXPECT_EQ(folder.curvesup("--help").exit_code, 0);
+  EXPECT_NE(folder.curvesup("--version").out.find("curvesup 0."), std::string::npos);
+  EXPECT_NE(folder.curvesup("slice --help").out.find("Example"), std::string::npos);
+  EXPECT_NE(folder.curvesup("config explain support.leaf_radius_mm").out.find("default 0.8"), std::string::npos);
+  const Run init = folder.curvesup("config init");
+  folder.write("c.json", init.out);
+  EXPECT_EQ(folder.curvesup("config check c.json").exit_code, 0);
+  EXPECT_TRUE(ordered_json::parse(folder.curvesup("config schema").out).contains("properties"));
+  EXPECT_EQ(folder.curvesup("config explain support.leaf_radios_mm").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace curvesup
