@@ -4,13 +4,23 @@
 
 namespace curvesup {
 
+enum class SupportMethod { tree, envelope, none };
+
+// Which solid cuts the support's layers.
+struct SolidOptions {
+  SupportMethod method = SupportMethod::tree;
+  double kernel_ratio = 1.5;
+  double envelope_alpha_mm = 8.0;
+};
+
 // The options of each stage, read from a resolved config. This is the only place where config keys meet option structs.
 [[nodiscard]] PlaceOptions place_options(const Json& config);
 [[nodiscard]] FieldOptions field_options(const Json& config);
-[[nodiscard]] OverhangOptions overhang_options(const Json& config, const ConfigSource& source);
+[[nodiscard]] OverhangOptions overhang_options(const Json& config);
 [[nodiscard]] HullOptions hull_options(const Json& config);
 [[nodiscard]] DomainOptions domain_options(const Json& config);
 [[nodiscard]] SkeletonOptions skeleton_options(const Json& config);
+[[nodiscard]] SolidOptions solid_options(const Json& config);
 [[nodiscard]] TrimOptions trim_options(const Json& config);
 [[nodiscard]] ToolpathOptions toolpath_options(const Json& config);
 

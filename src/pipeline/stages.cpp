@@ -143,3 +143,48 @@ void extension(SliceState& state, const RunContext& run) {
                                {"thickness_p50_mm", report.thickness_p50_mm},
                                {"thickness_p99_mm", report.thickness_p99_mm}};
 }
+
+// -------------------------------------------------------------------------------------------------------- layers
+
+void layers(SliceState& state, const RunContext& run) {
+  state.layers = slice_layers(state.domain.domain, state.extension.field, state.layer_count, run);
+  const LayersReport& report = state.layers.report;
+  state.add_checks(report.checks);
+  state.report["layers"] = {{"model", report.model_layers},
+                            {"support", report.support_layers},
+                            {"support_printed", 0},
+                            {"triangles", report.triangles},
+                            {"degenerate_triangles", report.degenerate_triangles},
+                            {"thickness_p1_mm", report.thickness_p1_mm},
+                            {"thickness_p50_mm", report.thickness_p50_mm},
+                            {"thickness_p99_mm", report.thickness_p99_mm}};
+}
+
+// ----------------------------------------------------------------------------------------------- skeleton, solid
+
+Json dropped_json(const std::vector<DroppedLeaf>& dropped) {
+  Json list = Json::array();
+  for (const DroppedLeaf& leaf : dropped) {
+    list.push_back({{"position_mm", {leaf.position.x(), leaf.position.y(), leaf.position.z()}}, {"face", leaf.face}, {"reason", leaf.reason}});
+  }
+  return list;
+}
+
+void skeleton(SliceState& state, const RunContext& run) {
+  if (!state.supported) return;
+  state.skeleton = grow_skeleton(state.model.model, state.domain.domain, state.extension.field, state.overhang,
+                                 state.layer_count, skeleton_options(state.config), run);
+  const SkeletonReport& report = state.skeleton.report;
+  state.add_checks(report.checks);
+  state.report["overhang"]["points_added"] = report.points_added;
+  state.report["overhang"]["dropped"] = dropped_json(report.dropped);
+  state.report["skeleton"] = {{"leaves", report.leaves},
+                              {"nodes", report.nodes},
+                              {"edges", report.edges},
+                              {"platform_ends", report.platform_ends},
+                              {"model_ends", report.model_ends},
+                              {"leaf_count_at_ends", report.leaf_count_at_ends},
+                              {"max_branch_count", report.max_branch_count},
+                              {"max_edge_angle_deg", report.max_edge_angle_deg},
+                              {"length_mm", report.length_mm}};
+}

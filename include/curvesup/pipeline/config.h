@@ -27,10 +27,11 @@ struct ConfigKey {
   std::size_t size = 0;       // numbers: exact length; 0: any
 };
 
-// All keys in the order in which they are documented. config_keys() = the part's, toolpath_keys(), machine_keys(), the output's.
+// All keys in the order in which they are documented: the part's, the machine's, the output's.
 [[nodiscard]] std::span<const ConfigKey> config_keys();
-[[nodiscard]] std::vector<ConfigKey> toolpath_keys();
+[[nodiscard]] std::vector<ConfigKey> part_keys();
 [[nodiscard]] std::vector<ConfigKey> machine_keys();
+[[nodiscard]] std::vector<ConfigKey> output_keys();
 
 // A config as the user wrote it: files merged, overrides applied, nothing defaulted yet.
 struct ConfigSource {
