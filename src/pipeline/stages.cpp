@@ -188,3 +188,160 @@ void skeleton(SliceState& state, const RunContext& run) {
                               {"max_edge_angle_deg", report.max_edge_angle_deg},
                               {"length_mm", report.length_mm}};
 }
+
+// Everything is inside: support layers stay untrimmed.
+class WholeDomain final : public Solid {
+ public:
+  [[nodiscard]] double value(const Vec3&) const override { return 1.0; }
+  [[nodiscard]] Bounds bounds(const Vec3&, double) const override { return {1.0, 1.0}; }
+};
+
+void solid(SliceState& state, const RunContext& run) {
+  if (!state.supported) return;
+  const SolidOptions options = solid_options(state.config);
+  if (options.method == SupportMethod::envelope) {
+    state.solid = make_envelope(state, options.envelope_alpha_mm, run);
+  } else {
+    state.solid = std::make_shared<ConvolutionSolid>(state.skeleton.skeleton, ConvolutionOptions{.kernel_ratio = options.kernel_ratio});
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------- trim
+
+Json removed_json(const std::vector<RemovedPiece>& removed) {
+  Json list = Json::array();
+  for (const RemovedPiece& piece : removed) {
+    list.push_back({{"layer", piece.layer}, {"pass", piece.pass}, {"area_mm2", piece.area_mm2},
+                    {"centroid_mm", {piece.centroid.x(), piece.centroid.y(), piece.centroid.z()}}});
+  }
+  return list;
+}
+
+void trim(SliceState& state, const RunContext& run) {
+  if (state.supported) {
+    state.trim = trim_layers(state.domain.domain, state.extension.field, state.layers.stack, *state.solid, trim_options(state.config), run);
+  } else {
+    state.trim.stack = state.layers.stack;
+  }
+  const TrimReport& report = state.trim.report;
+  state.add_checks(report.checks);
+  state.report["layers"]["support_printed"] = report.support_layers;
+  state.report["support"] = {{"method", state.supported ? config_value(state.config, "support.method") : Json("none")},
+                             {"volume_mm3", report.printed_volume_mm3[1]},
+                             {"untrimmed_volume_mm3", report.untrimmed_volume_mm3[1]},
+                             {"area_mm2", report.areas.kept_mm2 + report.areas.in_passes_mm2},
+                             {"pieces", report.support_pieces},
+                             {"pieces_in_passes", report.pieces_in_passes},
+                             {"passes_max", report.passes_max},
+                             {"max_height_mm", report.max_height_mm},
+                             {"height_p50_mm", report.support_height_p50_mm},
+                             {"height_p99_mm", report.support_height_p99_mm},
+                             {"removed_pieces", removed_json(report.removed)}};
+}
+
+// ------------------------------------------------------------------------------------------------------ toolpath
+
+Json by_material(const std::array<double, kMaterialCount>& values) { return {{"model", values[0]}, {"support", values[1]}}; }
+
+void toolpath(SliceState& state, const RunContext& run) {
+  state.toolpath = plan_toolpaths(state.domain.domain, state.extension.field, state.trim.stack, toolpath_options(state.config), run);
+  const ToolpathReport& report = state.toolpath.report;
+  state.add_checks(report.checks);
+  Json unprinted = Json::array();
+  for (const UnprintedPiece& piece : report.unprinted) {
+    unprinted.push_back({{"layer", piece.layer}, {"material", static_cast<int>(piece.material)}, {"area_mm2", piece.area_mm2},
+                         {"position_mm", {piece.position.x(), piece.position.y(), piece.position.z()}}});
+  }
+  state.report["toolpath"] = {{"paths", report.paths},
+                              {"points", report.points},
+                              {"length_mm", by_material(report.length_mm)},
+                              {"volume_mm3", by_material(report.volume_mm3)},
+                              {"layer_volume_mm3", by_material(report.layer_volume_mm3)},
+                              {"pieces", report.pieces},
+                              {"pieces_without_path", report.pieces_without_path},
+                              {"dots", report.dots},
+                              {"dust_pieces", report.dust_pieces},
+                              {"dust_area_mm2", report.dust_area_mm2},
+                              {"rings", report.rings},
+                              {"centre_lines", report.centre_lines},
+                              {"jumps", report.jumps},
+                              {"jumps_inside_pieces", report.jumps_inside_pieces},
+                              {"naive_jumps", report.naive_jumps},
+                              {"naive_jumps_inside_pieces", report.naive_jumps_inside_pieces},
+                              {"retractions", report.retractions},
+                              {"min_height_mm", report.min_height_mm},
+                              {"max_height_mm", report.max_height_mm},
+                              {"unprinted", unprinted}};
+  state.report["print"] = {{"time_s", report.time_s},
+                           {"filament_mm", by_material(report.filament_mm)},
+                           {"material_changes", report.material_changes}};
+}
+
+// ------------------------------------------------------------------------------------------------- motion, emit
+
+Json vec_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+void motion(SliceState& state, const RunContext& run) {
+  const Machine machine = machine_from_config(config_value(state.config, "machine"));
+  state.motion = plan_motion(state.toolpath.toolpaths, machine, {}, run);
+  const MotionReport& report = state.motion.report;
+  state.add_checks(report.checks);
+  Json unreachable = Json::array(), collisions = Json::array();
+  for (const UnreachableWaypoint& w : report.unreachable) {
+    unreachable.push_back({{"path", w.path}, {"point", w.point}, {"tip_mm", vec_json(w.tip_mm)}, {"axis", vec_json(w.axis)}, {"reason", w.reason}});
+  }
+  for (const MotionCollision& c : report.collisions) {
+    collisions.push_back({{"path", c.path}, {"point", c.point}, {"tip_mm", vec_json(c.tip_mm)}, {"contact_mm", vec_json(c.contact_mm)},
+                          {"depth_mm", c.depth_mm}, {"what", c.what}});
+  }
+  if (!report.unreachable.empty()) {
+    const UnreachableWaypoint& w = report.unreachable.front();
+    run.log(LogLevel::error, format("the arm cannot reach path %d, point %d: %s", w.path, w.point, w.reason.c_str()));
+  } else if (!report.collisions.empty()) {
+    const MotionCollision& c = report.collisions.front();
+    run.log(LogLevel::error, format("collision on path %d, point %d: %s", c.path, c.point, c.what.c_str()));
+  }
+  state.report["motion"] = {{"waypoints", report.waypoints},
+                            {"parts", 0},
+                            {"travel_mm", report.travel_mm},
+                            {"max_tilt_deg", report.max_tilt_deg},
+                            {"tilt_deviation_median_deg", report.tilt_deviation_median_deg},
+                            {"tilt_deviation_p95_deg", report.tilt_deviation_p95_deg},
+                            {"tilt_deviation_max_deg", report.tilt_deviation_max_deg},
+                            {"unreachable", report.unreachable_waypoints},
+                            {"collisions", report.colliding_waypoints},
+                            {"min_singularity_metric", report.min_singularity_metric},
+                            {"max_joint_speed_ratio", report.max_joint_speed_ratio},
+                            {"rotation_limited", report.rotation_limited},
+                            {"stops", report.stops},
+                            {"unreachable_places", unreachable},
+                            {"collision_places", collisions}};
+}
+
+void emit(SliceState& state, const RunContext& run) {
+  if (!state.robot_ok()) return;
+  const Machine machine = machine_from_config(config_value(state.config, "machine"));
+  state.emitted = emit_robot(state.toolpath.toolpaths, state.motion.motion, machine, {.title = state.model.model.name}, run);
+  const EmitReport& report = state.emitted.report;
+  state.add_checks(report.checks);
+  state.report["motion"]["parts"] = state.emitted.parts.size();
+  state.report["motion"]["gates"] = report.gates;
+  state.report["print"] = {{"time_s", report.time_s},
+                           {"filament_mm", {{"model", report.filament_mm[0]}, {"support", report.filament_mm[1]}}},
+                           {"printed_filament_mm", {{"model", report.printed_filament_mm[0]}, {"support", report.printed_filament_mm[1]}}},
+                           {"material_changes", report.material_changes}};
+}
+
+}  // namespace
+
+std::span<const Stage> slice_stages() {
+  static constexpr Stage kStages[] = {
+      {"load", 0.02, load},           {"field", 0.02, field},     {"overhang", 0.01, overhang}, {"hull", 0.05, hull},
+      {"domain", 0.08, domain},       {"extension", 0.12, extension}, {"layers", 0.05, layers}, {"skeleton", 0.02, skeleton},
+      {"solid", 0.02, solid},         {"trim", 0.13, trim},       {"toolpath", 0.20, toolpath}, {"certificate", 0.08, certificate},
+      {"motion", 0.15, motion},       {"emit", 0.05, emit},
+  };
+  return kStages;
+}
+
+}  // namespace curvesup
