@@ -91,7 +91,9 @@ const OptionTable<SolidOptions>& solid_table() {
     OptionTable<SolidOptions> t("support");
     t.choice("method", CURVESUP_FIELD(method), {"tree", "envelope", "none"},
              "tree: the solid around the skeleton; envelope: the alpha-shape of straight rays; none.");
-    t.number("kernel_ratio", CURVESUP_FIELD(kernel_ratio), 1.1, 1.85, "Radius of the convolution kernel over the strut radius.");
+    t.number("kernel_ratio", CURVESUP_FIELD(convolution.kernel_ratio), 1.1, 1.84, "Radius of the convolution kernel over the strut radius.");
+    t.number("foot_radius_mm", CURVESUP_FIELD(convolution.foot_radius_mm), 0, 1000, "Radius of the cone at each platform end; 0: none.");
+    t.integer("foot_layers", CURVESUP_FIELD(convolution.foot_layers), 0, 1000, "Height of that cone in layers.");
     t.number("envelope_alpha_mm", CURVESUP_FIELD(envelope_alpha_mm), 0.01, 1000, "Alpha, a radius, of the envelope method.");
     return t;
   }();
@@ -186,10 +188,60 @@ ToolpathOptions toolpath_options(const Json& config) {
   return options;
 }
 
-OverhangOptions overhang_options(const Json& config) {
+namespace {
+
+Vec3 vec_at(const Json& numbers, std::size_t first) {
+  return {numbers[first].get<double>(), numbers[first + 1].get<double>(), numbers[first + 2].get<double>()};
+}
+
+[[noreturn]] void bad_region(const std::string& key, const Json& region) {
+  throw Error(ErrorKind::usage, "config key " + key, "value " + region.dump() + " is no region",
+              "give {\"box\": [x0,y0,z0,x1,y1,z1]}, {\"sphere\": [x,y,z,r]}, {\"faces\": [ids]} or {\"mesh\": \"file.stl\"}");
+}
+
+Region read_region(const std::string& key, const Json& json, const ConfigSource& source) {
+  if (!json.is_object() || json.size() != 1) bad_region(key, json);
+  const auto& [shape, value] = *json.items().begin();
+  const auto numbers = [&](std::size_t count) {
+    const bool good = value.is_array() && (count == 0 || value.size() == count) &&
+                      std::all_of(value.begin(), value.end(), [](const Json& v) { return v.is_number(); });
+    if (!good) bad_region(key, json);
+  };
+  if (shape == "box") {
+    numbers(6);
+    return Region::box(vec_at(value, 0), vec_at(value, 3));
+  }
+  if (shape == "sphere") {
+    numbers(4);
+    return Region::sphere(vec_at(value, 0), value[3].get<double>());
+  }
+  if (shape == "faces") {
+    numbers(0);
+    return Region::of_faces(value.get<std::vector<Index>>());
+  }
+  if (shape != "mesh" || !value.is_string()) bad_region(key, json);
+  return Region::inside(read_surface_file(config_file_path(source, key, value.get<std::string>())));
+}
+
+std::vector<Region> read_regions(const std::string& key, const Json& config, const ConfigSource& source) {
+  std::vector<Region> regions;
+  for (const Json& region : config_value(config, key)) regions.push_back(read_region(key, region, source));
+  return regions;
+}
+
+}  // namespace
+
+OverhangOptions overhang_options(const Json& config, const ConfigSource& source) {
   OverhangOptions options;
   options.self_support = skeleton_options(config).self_support;
+  options.enforce = read_regions("support.enforce", config, source);
+  options.block = read_regions("support.block", config, source);
   return options;
+}
+
+SupportCertificateOptions certificate_options(const Json& config) {
+  const SkeletonOptions skeleton = skeleton_options(config);
+  return {.self_support = skeleton.self_support, .leaf_radius_mm = skeleton.leaf_radius_mm, .bead_width_mm = skeleton.bead_width_mm};
 }
 
 SolidOptions solid_options(const Json& config) { return solid_table().read(config); }
@@ -212,6 +264,10 @@ std::vector<ConfigKey> part_keys() {
   append(keys, solid_table());
   append(keys, skeleton_table());
   append(keys, trim_table());
+  keys.push_back(plain_key("support.enforce", KeyType::list, Json::array(),
+                           "Regions that need support whatever their angle: {\"box\": [x0,y0,z0,x1,y1,z1]}, {\"sphere\": [x,y,z,r]}, "
+                           "{\"faces\": [ids]} or {\"mesh\": \"file.stl\"}."));
+  keys.push_back(plain_key("support.block", KeyType::list, Json::array(), "Regions that get no support; same forms as enforce."));
   append(keys, hull_table());
   append(keys, domain_table());
   append(keys, toolpath_table());

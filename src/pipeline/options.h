@@ -1,5 +1,6 @@
 #pragma once
 
+#include "curvesup/solid/convolution_solid.h"
 #include "slice_state.h"
 
 namespace curvesup {
@@ -9,19 +10,20 @@ enum class SupportMethod { tree, envelope, none };
 // Which solid cuts the support's layers.
 struct SolidOptions {
   SupportMethod method = SupportMethod::tree;
-  double kernel_ratio = 1.5;
   double envelope_alpha_mm = 8.0;
+  ConvolutionOptions convolution;
 };
 
 // The options of each stage, read from a resolved config. This is the only place where config keys meet option structs.
 [[nodiscard]] PlaceOptions place_options(const Json& config);
 [[nodiscard]] FieldOptions field_options(const Json& config);
-[[nodiscard]] OverhangOptions overhang_options(const Json& config);
+[[nodiscard]] OverhangOptions overhang_options(const Json& config, const ConfigSource& source);
 [[nodiscard]] HullOptions hull_options(const Json& config);
 [[nodiscard]] DomainOptions domain_options(const Json& config);
 [[nodiscard]] SkeletonOptions skeleton_options(const Json& config);
 [[nodiscard]] SolidOptions solid_options(const Json& config);
 [[nodiscard]] TrimOptions trim_options(const Json& config);
+[[nodiscard]] SupportCertificateOptions certificate_options(const Json& config);
 [[nodiscard]] ToolpathOptions toolpath_options(const Json& config);
 
 }  // namespace curvesup

@@ -15,6 +15,8 @@ namespace curvesup {
 
 namespace {
 
+Json vec_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
 // ---------------------------------------------------------------------------------------------------------- load
 
 void load(SliceState& state, const RunContext& run) {
@@ -90,7 +92,11 @@ void overhang(SliceState& state, const RunContext& run) {
   state.report["overhang"] = {{"faces", found.faces.size()},
                               {"vertices", found.vertices.size()},
                               {"area_mm2", found.area_mm2},
-                              {"minima", found.minima.size()}};
+                              {"minima", found.minima.size()},
+                              {"enforced_area_mm2", found.enforced_area_mm2},
+                              {"blocked_area_mm2", found.blocked_area_mm2},
+                              {"points_added", 0},
+                              {"dropped", Json::array()}};
 }
 
 // -------------------------------------------------------------------------------------------------- hull, domain
@@ -202,7 +208,7 @@ void solid(SliceState& state, const RunContext& run) {
   if (options.method == SupportMethod::envelope) {
     state.solid = make_envelope(state, options.envelope_alpha_mm, run);
   } else {
-    state.solid = std::make_shared<ConvolutionSolid>(state.skeleton.skeleton, ConvolutionOptions{.kernel_ratio = options.kernel_ratio});
+    state.solid = std::make_shared<ConvolutionSolid>(state.skeleton.skeleton, options.convolution);
   }
 }
 
@@ -277,9 +283,30 @@ void toolpath(SliceState& state, const RunContext& run) {
                            {"material_changes", report.material_changes}};
 }
 
-// ------------------------------------------------------------------------------------------------- motion, emit
+// --------------------------------------------------------------------------------------------------- certificate
 
-Json vec_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+void certificate(SliceState& state, const RunContext& run) {
+  const bool tree = state.supported && config_value(state.config, "support.method") == "tree";
+  const SupportCertificate proof =
+      certify_support(state.model.model, state.overhang.blocked, state.domain.domain, state.extension.field, state.trim.stack,
+                      tree ? &state.skeleton.skeleton : nullptr, certificate_options(state.config), run);
+  if (state.supported) state.add_checks(proof.checks);
+  Json uncovered = Json::array(), floating = Json::array();
+  for (const auto& face : proof.uncovered) uncovered.push_back({{"face", face.face}, {"area_mm2", face.area_mm2}});
+  for (const auto& piece : proof.floating) {
+    floating.push_back({{"layer", piece.layer}, {"pass", piece.pass}, {"area_mm2", piece.area_mm2}, {"centroid_mm", vec_json(piece.centroid)}});
+  }
+  Json& support = state.report["support"];
+  support["covered_overhang_fraction"] = proof.covered_fraction;
+  support["unsupported_area_mm2"] = proof.uncovered_area_mm2;
+  support["covered_without_support_fraction"] = proof.floor_fraction;
+  support["blocked_area_mm2"] = proof.blocked_area_mm2;
+  support["floating_pieces"] = proof.floating.size();
+  support["floating"] = floating;
+  support["uncovered_faces"] = uncovered;
+}
+
+// ------------------------------------------------------------------------------------------------- motion, emit
 
 void motion(SliceState& state, const RunContext& run) {
   const Machine machine = machine_from_config(config_value(state.config, "machine"));

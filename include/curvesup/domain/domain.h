@@ -44,4 +44,7 @@ struct DomainResult {
 [[nodiscard]] DomainResult mesh_domain(const Model& model, const TriangleMesh& hull, const DomainOptions& options = {},
                                        const RunContext& run = {});
 
+// The model's own tets alone, for a model that gets no support: no support tets, interface_tet empty.
+[[nodiscard]] DomainResult domain_without_support(const Model& model);
+
 }  // namespace curvesup
