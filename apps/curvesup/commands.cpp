@@ -8,6 +8,8 @@
 #include <thread>
 
 #include "curvesup/core/error.h"
+#include "curvesup/io/output_folder.h"
+#include "curvesup/pipeline/compare.h"
 #include "curvesup/pipeline/config.h"
 #include "curvesup/pipeline/slice.h"
 #include "terminal.h"
@@ -105,6 +107,28 @@ int run_slice(const Arguments& arguments) {
   return outcome.exit_code;
 }
 
+void write_table_files(const CompareResult& result, const fs::path& folder) {
+  OutputFolder output(folder);
+  const std::string json = compare_json(result).dump(2) + "\n";
+  output.write("compare.json", json);
+  output.write("compare.csv", compare_csv(result));
+  output.write("manifest.json", Json{{"files", {"compare.json", "compare.csv"}}}.dump(2) + "\n");
+  output.write("report.json", json);
+  output.commit();
+}
+
+int run_compare(const Arguments& arguments) {
+  const SliceRequest request{arguments.model, config_of(arguments), {}, {}, {}};
+  CompareResult result;
+  {
+    Session session(arguments);
+    result = compare(request, session.context);
+  }
+  std::cout << compare_table(result);
+  if (!arguments.out.empty()) write_table_files(result, arguments.out);
+  return 0;
+}
+
 int run_config_check(const Arguments& arguments) {
   ConfigSource config = read_config(arguments.config, shipped_profiles());
   const Json resolved = resolve_config(config);
@@ -134,6 +158,13 @@ int run(int argc, char** argv) {
   slice_command->footer("Example: curvesup slice model.tet config.json -o out -s layers.count=80");
   add_run_options(*slice_command, arguments);
 
+  auto* compare_command = app.add_subcommand("compare", "Tree support against the envelope baseline, one table");
+  compare_command->add_option("MODEL", arguments.model, "model.tet")->required();
+  compare_command->add_option("CONFIG", arguments.config, "config.json")->required();
+  compare_command->add_option("-o,--out", arguments.out, "Folder for compare.json and compare.csv");
+  compare_command->footer("Example: curvesup compare model.tet config.json -o comparison");
+  add_run_options(*compare_command, arguments);
+
   auto* config_command = app.add_subcommand("config", "Print, explain and check the config");
   config_command->require_subcommand(1);
   auto* init = config_command->add_subcommand("init", "Print a config with every key at its default");
@@ -157,6 +188,7 @@ int run(int argc, char** argv) {
 
   try {
     if (slice_command->parsed()) return run_slice(arguments);
+    if (compare_command->parsed()) return run_compare(arguments);
     if (init->parsed()) std::cout << default_config().dump(2) << "\n";
     if (schema->parsed()) std::cout << config_schema().dump(2) << "\n";
     if (explain->parsed()) std::cout << explain_key(arguments.key);

@@ -195,13 +195,6 @@ void skeleton(SliceState& state, const RunContext& run) {
                               {"length_mm", report.length_mm}};
 }
 
-// Everything is inside: support layers stay untrimmed.
-class WholeDomain final : public Solid {
- public:
-  [[nodiscard]] double value(const Vec3&) const override { return 1.0; }
-  [[nodiscard]] Bounds bounds(const Vec3&, double) const override { return {1.0, 1.0}; }
-};
-
 void solid(SliceState& state, const RunContext& run) {
   if (!state.supported) return;
   const SolidOptions options = solid_options(state.config);
