@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "curvesup/check/support_certificate.h"
-#include "curvesup/check/toolpath_certificate.h"
 #include "curvesup/emit/emit.h"
 #include "curvesup/extension/extension.h"
 #include "curvesup/field/field.h"

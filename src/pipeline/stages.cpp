@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "curvesup/core/error.h"
+#include "curvesup/pipeline/machine_config.h"
 #include "curvesup/core/format.h"
 #include "curvesup/io/sha256.h"
 #include "curvesup/io/tet_file.h"
 #include "curvesup/io/value_file.h"
 #include "curvesup/solid/convolution_solid.h"
-#include "curvesup/solid/envelope_solid.h"
 #include "options.h"
 
 namespace curvesup {
@@ -199,7 +199,7 @@ void solid(SliceState& state, const RunContext& run) {
   if (!state.supported) return;
   const SolidOptions options = solid_options(state.config);
   if (options.method == SupportMethod::envelope) {
-    state.solid = make_envelope(state, options.envelope_alpha_mm, run);
+    throw Error(ErrorKind::internal, "solid", "no envelope yet");
   } else {
     state.solid = std::make_shared<ConvolutionSolid>(state.skeleton.skeleton, options.convolution);
   }

@@ -5,6 +5,7 @@
 
 #include "artifacts.h"
 #include "curvesup/core/error.h"
+#include "curvesup/pipeline/machine_config.h"
 
 namespace curvesup {
 
