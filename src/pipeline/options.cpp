@@ -251,7 +251,7 @@ TrimOptions trim_options(const Json& config) {
   const ToolpathOptions toolpath = toolpath_options(config);
   if (options.min_piece_area_mm2 < 0.0) options.min_piece_area_mm2 = 0.5 * toolpath.bead_width_mm * toolpath.bead_width_mm;
   options.max_height_mm = toolpath.max_height_mm.value_or(0.0);
-  options.edge_length_mm = 0.5 * skeleton_options(config).leaf_radius_mm;
+  options.edge_length_mm = skeleton_options(config).leaf_radius_mm;
   return options;
 }
 
