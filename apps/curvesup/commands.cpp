@@ -11,6 +11,8 @@
 #include "curvesup/io/output_folder.h"
 #include "curvesup/pipeline/compare.h"
 #include "curvesup/pipeline/config.h"
+#include "curvesup/pipeline/inspect.h"
+#include "curvesup/io/tet_file.h"
 #include "curvesup/pipeline/slice.h"
 #include "terminal.h"
 
@@ -129,6 +131,12 @@ int run_compare(const Arguments& arguments) {
   return 0;
 }
 
+int run_inspect(const Arguments& arguments) {
+  const MeshDiagnosis diagnosis = diagnose_mesh(read_tet_file(arguments.model));
+  std::cout << diagnosis_text(fs::path(arguments.model).filename().string(), diagnosis);
+  return diagnosis.usable() ? 0 : exit_code(ErrorKind::input);
+}
+
 int run_config_check(const Arguments& arguments) {
   ConfigSource config = read_config(arguments.config, shipped_profiles());
   const Json resolved = resolve_config(config);
@@ -165,6 +173,10 @@ int run(int argc, char** argv) {
   compare_command->footer("Example: curvesup compare model.tet config.json -o comparison");
   add_run_options(*compare_command, arguments);
 
+  auto* inspect_command = app.add_subcommand("inspect", "What is wrong with this mesh, with element ids");
+  inspect_command->add_option("MODEL", arguments.model, "model.tet")->required();
+  inspect_command->footer("Example: curvesup inspect model.tet");
+
   auto* config_command = app.add_subcommand("config", "Print, explain and check the config");
   config_command->require_subcommand(1);
   auto* init = config_command->add_subcommand("init", "Print a config with every key at its default");
@@ -189,6 +201,7 @@ int run(int argc, char** argv) {
   try {
     if (slice_command->parsed()) return run_slice(arguments);
     if (compare_command->parsed()) return run_compare(arguments);
+    if (inspect_command->parsed()) return run_inspect(arguments);
     if (init->parsed()) std::cout << default_config().dump(2) << "\n";
     if (schema->parsed()) std::cout << config_schema().dump(2) << "\n";
     if (explain->parsed()) std::cout << explain_key(arguments.key);

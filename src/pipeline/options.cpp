@@ -131,6 +131,18 @@ const OptionTable<DomainOptions>& domain_table() {
   return table;
 }
 
+const OptionTable<ExtensionOptions>& extension_table() {
+  static const auto table = [] {
+    OptionTable<ExtensionOptions> t("domain");
+    t.number("floor_weight", CURVESUP_FIELD(floor_weight), 0, 1e6,
+             "How strongly layers are kept flat at the floor; stronger: fewer support layers, thicker columns.");
+    t.number("outflow_weight", CURVESUP_FIELD(outflow_weight), 0, 1e6, "How strongly supports are kept from leaving the hull sideways.");
+    t.integer("outflow_rounds", CURVESUP_FIELD(outflow_rounds), 0, 100, "Rounds in which the sides of the hull that leave it are found.");
+    return t;
+  }();
+  return table;
+}
+
 const OptionTable<ToolpathOptions>& toolpath_table() {
   static const auto table = [] {
     OptionTable<ToolpathOptions> t("toolpath");
@@ -177,6 +189,7 @@ HullOptions hull_options(const Json& config) {
   options.self_support = skeleton_options(config).self_support;
   return options;
 }
+ExtensionOptions extension_options(const Json& config) { return extension_table().read(config); }
 DomainOptions domain_options(const Json& config) { return domain_table().read(config); }
 SkeletonOptions skeleton_options(const Json& config) {
   SkeletonOptions options = skeleton_table().read(config);
@@ -270,6 +283,7 @@ std::vector<ConfigKey> part_keys() {
   keys.push_back(plain_key("support.block", KeyType::list, Json::array(), "Regions that get no support; same forms as enforce."));
   append(keys, hull_table());
   append(keys, domain_table());
+  append(keys, extension_table());
   append(keys, toolpath_table());
   return keys;
 }

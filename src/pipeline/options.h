@@ -20,6 +20,7 @@ struct SolidOptions {
 [[nodiscard]] OverhangOptions overhang_options(const Json& config, const ConfigSource& source);
 [[nodiscard]] HullOptions hull_options(const Json& config);
 [[nodiscard]] DomainOptions domain_options(const Json& config);
+[[nodiscard]] ExtensionOptions extension_options(const Json& config);
 [[nodiscard]] SkeletonOptions skeleton_options(const Json& config);
 [[nodiscard]] SolidOptions solid_options(const Json& config);
 [[nodiscard]] TrimOptions trim_options(const Json& config);

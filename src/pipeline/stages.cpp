@@ -9,6 +9,7 @@
 #include "curvesup/io/tet_file.h"
 #include "curvesup/io/value_file.h"
 #include "curvesup/solid/convolution_solid.h"
+#include "curvesup/solid/envelope_solid.h"
 #include "options.h"
 
 namespace curvesup {
@@ -88,6 +89,11 @@ void overhang(SliceState& state, const RunContext& run) {
   const bool needed = !found.faces.empty() || !found.minima.empty();
   const bool wanted = config_value(state.config, "support.method") != "none";
   state.supported = needed && wanted;
+  if (!needed && found.blocked_area_mm2 > 0.0) {
+    throw Error(ErrorKind::usage, "config keys support.block and support.method",
+                "the blocked regions cover the whole overhang, so nothing is left to support",
+                "make the regions smaller, or set support.method to none");
+  }
   if (!needed) run.log(LogLevel::info, "the model has no overhang: no support is made");
   state.report["overhang"] = {{"faces", found.faces.size()},
                               {"vertices", found.vertices.size()},
@@ -101,17 +107,10 @@ void overhang(SliceState& state, const RunContext& run) {
 
 // -------------------------------------------------------------------------------------------------- hull, domain
 
-// The largest radius a strut can have; the hull leaves that much room around the trajectories.
-double strut_room_mm(const SliceState& state) {
-  const double leaf = config_value(state.config, "support.leaf_radius_mm").get<double>();
-  return config_value(state.config, "support.method") == "envelope" ? leaf : 2.0 * leaf;
-}
-
 void hull(SliceState& state, const RunContext& run) {
   if (!state.supported) return;
-  HullOptions options = hull_options(state.config);
-  options.extra_margin_mm = strut_room_mm(state);
-  state.hull = build_hull(state.model.model, state.field.field, state.overhang, state.layer_count, options, run);
+  state.hull = build_hull(state.model.model, state.field.field, state.overhang, state.layer_count, hull_options(state.config), run);
+  state.add_checks(state.hull.report.checks);
 }
 
 void domain(SliceState& state, const RunContext& run) {
@@ -135,7 +134,7 @@ void domain(SliceState& state, const RunContext& run) {
 
 void extension(SliceState& state, const RunContext& run) {
   if (state.supported) {
-    state.extension = extend_field(state.domain.domain, state.field.field, state.layer_count, {}, run);
+    state.extension = extend_field(state.domain.domain, state.field.field, state.layer_count, extension_options(state.config), run);
   } else {
     state.extension.field = state.field.field;
   }
@@ -195,11 +194,21 @@ void skeleton(SliceState& state, const RunContext& run) {
                               {"length_mm", report.length_mm}};
 }
 
+// The baseline starts from the same leaves as the tree and samples its rays every half layer.
+std::shared_ptr<const Solid> envelope_solid(const SliceState& state, double alpha_mm, const RunContext& run) {
+  const SkeletonOptions tree = skeleton_options(state.config);
+  const auto leaves = place_leaves(state.model.model, state.field.field, state.overhang, effective_leaf_spacing(tree), run);
+  const double half_layer_mm = 0.5 / (state.layer_count * state.field.report.grad_median);
+  return build_envelope(state.model.model, leaves,
+                        {.alpha_mm = alpha_mm, .leaf_radius_mm = tree.leaf_radius_mm, .sample_step_mm = half_layer_mm}, run)
+      .solid;
+}
+
 void solid(SliceState& state, const RunContext& run) {
   if (!state.supported) return;
   const SolidOptions options = solid_options(state.config);
   if (options.method == SupportMethod::envelope) {
-    throw Error(ErrorKind::internal, "solid", "no envelope yet");
+    state.solid = envelope_solid(state, options.envelope_alpha_mm, run);
   } else {
     state.solid = std::make_shared<ConvolutionSolid>(state.skeleton.skeleton, options.convolution);
   }

@@ -1,0 +1,53 @@
+#include "curvesup/pipeline/inspect.h"
+
+#include <algorithm>
+
+#include "curvesup/core/format.h"
+
+namespace curvesup {
+
+namespace {
+
+constexpr std::size_t kIdsShown = 8;
+
+const char* severity_word(MeshProblem::Severity severity) {
+  switch (severity) {
+    case MeshProblem::Severity::note: return "note";
+    case MeshProblem::Severity::mended: return "mended";
+    case MeshProblem::Severity::refused: return "REFUSED";
+  }
+  return "";
+}
+
+std::string first_ids(const MeshProblem& problem) {
+  std::string text;
+  const std::size_t shown = std::min(problem.count(), kIdsShown);
+  for (std::size_t i = 0; i < shown; ++i) {
+    text += i == 0 ? " " : ", ";
+    for (int k = 0; k < problem.ids_per_element; ++k) {
+      text += (k == 0 ? "" : "-") + std::to_string(problem.ids[i * static_cast<std::size_t>(problem.ids_per_element) + static_cast<std::size_t>(k)]);
+    }
+  }
+  if (problem.count() > shown) text += format(", ... (%zu in all)", problem.count());
+  return text;
+}
+
+}  // namespace
+
+std::string diagnosis_text(const std::string& name, const MeshDiagnosis& d) {
+  std::string text = format("model      %s: %d vertices, %d tets, %d boundary faces\n", name.c_str(), d.vertices, d.tets, d.boundary_faces);
+  text += format("size       (%.3f, %.3f, %.3f) to (%.3f, %.3f, %.3f), volume %.3f\n", d.low.x(), d.low.y(), d.low.z(), d.high.x(),
+                 d.high.y(), d.high.z(), d.volume_mm3);
+  text += format("quality    dihedral angles %.2f to %.2f deg, worst tet %d (quality %.4f), edges %.4f to %.4f\n", d.min_dihedral_deg,
+                 d.max_dihedral_deg, d.worst_tet, d.min_quality, d.min_edge_mm, d.max_edge_mm);
+  if (d.usable()) text += format("topology   %d components, %d closed cavities, genus %d\n", d.components, d.cavities, d.genus);
+  for (const MeshProblem& problem : d.problems) {
+    text += format("%-10s %s: %s\n", severity_word(problem.severity), problem.name.c_str(), problem.text.c_str());
+    if (problem.count() > 0) text += format("           %s%s\n", problem.element.c_str(), first_ids(problem).c_str());
+    if (!problem.remedy.empty()) text += format("           remedy: %s\n", problem.remedy.c_str());
+  }
+  text += d.usable() ? "usable     yes\n" : "usable     no\n";
+  return text;
+}
+
+}  // namespace curvesup
