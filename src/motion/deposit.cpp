@@ -6,6 +6,8 @@
 namespace curvesup {
 namespace {
 
+constexpr double kNoGap = std::numeric_limits<double>::infinity();
+
 std::uint64_t spread(std::uint64_t value) {
   value &= 0x1fffff;
   value = (value | value << 32) & 0x1f00000000ffffULL;
@@ -89,17 +91,15 @@ void Deposit::build() {
   }
 }
 
-template <class Distance, class Accept>
-bool Deposit::search(Index before, double clearance, const Distance& distance, const Accept& accept, Contact* contact) const {
+template <class Excluded, class Gap>
+bool Deposit::search(Index before, double clearance, const Excluded& excluded, const Gap& gap, Contact* contact) const {
   if (samples_.empty()) return false;
   std::size_t stack[64];
   int depth = 0;
   stack[depth++] = 1;
   while (depth > 0) {
     const std::size_t node = stack[--depth];
-    const Node& box = nodes_[node];
-    if (box.earliest >= before || !accept(box.centre, box.radius)) continue;
-    if (distance(box.centre) - box.radius >= clearance) continue;
+    if (nodes_[node].earliest >= before || excluded(nodes_[node].centre, nodes_[node].radius)) continue;
     if (node < leaves_) {
       stack[depth++] = 2 * node + 1;
       stack[depth++] = 2 * node;
@@ -107,10 +107,10 @@ bool Deposit::search(Index before, double clearance, const Distance& distance, c
     }
     const std::size_t begin = (node - leaves_) * kLeafSize, end = std::min(begin + kLeafSize, samples_.size());
     for (std::size_t i = begin; i < end; ++i) {
-      if (samples_[i].point >= before || !accept(samples_[i].position, 0.0)) continue;
-      const double gap = distance(samples_[i].position);
-      if (gap >= clearance) continue;
-      if (contact) *contact = {samples_[i].point, samples_[i].position, clearance - gap};
+      if (samples_[i].point >= before) continue;
+      const double distance = gap(samples_[i].position);
+      if (distance >= clearance) continue;
+      if (contact) *contact = {samples_[i].point, samples_[i].position, clearance - distance};
       return true;
     }
   }
@@ -119,16 +119,30 @@ bool Deposit::search(Index before, double clearance, const Distance& distance, c
 
 bool Deposit::touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height, double clearance,
                            Index before, Contact* contact) const {
-  return search(
-      before, clearance, [&](const Vec3& point) { return head.distance(point, tip, axis); },
-      [&](const Vec3& point, double radius) { return (point - tip).dot(axis) + radius > free_height; }, contact);
+  const auto split = [&](const Vec3& point, double& height, double& radius) {
+    const Vec3 offset = point - tip;
+    height = offset.dot(axis);
+    radius = std::sqrt(std::max(0.0, offset.squaredNorm() - height * height));
+  };
+  const auto excluded = [&](const Vec3& centre, double extent) {
+    double height, radius;
+    split(centre, height, radius);
+    return height + extent <= free_height || head.distance_bound(height, radius) - extent >= clearance;
+  };
+  const auto gap = [&](const Vec3& point) {
+    double height, radius;
+    split(point, height, radius);
+    if (height <= free_height || head.distance_bound(height, radius) >= clearance) return kNoGap;
+    return head.distance(height, radius);
+  };
+  return search(before, clearance, excluded, gap, contact);
 }
 
 bool Deposit::touches_capsule(const Vec3& a, const Vec3& b, double radius, double clearance, Index before,
                               Contact* contact) const {
-  return search(
-      before, clearance, [&](const Vec3& point) { return distance_to_segment(point, a, b) - radius; },
-      [](const Vec3&, double) { return true; }, contact);
+  const auto gap = [&](const Vec3& point) { return distance_to_segment(point, a, b) - radius; };
+  const auto excluded = [&](const Vec3& centre, double extent) { return gap(centre) - extent >= clearance; };
+  return search(before, clearance, excluded, gap, contact);
 }
 
 double Deposit::top_before(Index before) const {

@@ -51,8 +51,10 @@ class Deposit {
   static constexpr std::size_t kLeafSize = 8;
 
   void build();
-  template <class Distance, class Accept>
-  bool search(Index before, double clearance, const Distance& distance, const Accept& accept, Contact* contact) const;
+  // excluded(centre, radius): nothing within radius of centre can count; gap(point): by how much a sample misses the body,
+  // or kNoGap when it does not count.
+  template <class Excluded, class Gap>
+  bool search(Index before, double clearance, const Excluded& excluded, const Gap& gap, Contact* contact) const;
 
   std::vector<Sample> samples_;  // in Morton order
   std::vector<Node> nodes_;      // complete binary tree, root at 1; leaves hold kLeafSize samples each

@@ -11,7 +11,10 @@ HeadShape::HeadShape(const Tool& tool)
       cone_length_(tool.cone_length_mm),
       head_radius_(tool.head_radius_mm),
       length_(tool.head_length_mm) {
+  hull_slope_ = std::max(slope_, (head_radius_ - tip_radius_) / std::max(1e-9, cone_length_));
+  hull_cosine_ = 1.0 / std::sqrt(1.0 + hull_slope_ * hull_slope_);
   const double cone_end = tip_radius_ + slope_ * cone_length_;
+  widest_ = std::max(cone_end, head_radius_);
   profile_ = {{{0.0, 0.0},
                {0.0, tip_radius_},
                {cone_length_, cone_end},

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "curvesup/motion/machine.h"
@@ -14,6 +15,11 @@ class HeadShape {
 
   // Exact signed distance, negative inside.
   [[nodiscard]] double distance(double height, double radius) const;
+  // A lower bound of it that costs a tenth.
+  [[nodiscard]] double distance_bound(double height, double radius) const {
+    const double flank = (radius - tip_radius_ - hull_slope_ * height) * hull_cosine_;
+    return std::max({flank, -height, radius - widest_, height - length_});
+  }
   // Of a point from the head whose tip and unit axis are given.
   [[nodiscard]] double distance(const Vec3& point, const Vec3& tip, const Vec3& axis) const;
   // Lowest z of the part of the head above `from_height`, for a tip and unit axis.
@@ -28,6 +34,7 @@ class HeadShape {
 
   std::array<Corner, 6> profile_;  // from the axis at the tip, around the outside, to the axis at the far end
   double tip_radius_, slope_, cone_length_, head_radius_, length_;
+  double widest_, hull_slope_, hull_cosine_;  // of the least cone from the tip's edge that holds the whole head
 };
 
 }  // namespace curvesup

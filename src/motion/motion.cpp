@@ -16,6 +16,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kSampleSpacing_mm = 1.0;   // of deposited beads
 constexpr double kLongestSegment_mm = 3.0;  // longer ones are divided before anything is checked at their points
+constexpr double kSoftBeads = 3.0;          // bead widths behind the nozzle
 constexpr int kTiltRounds = 4;
 constexpr double kPoseTolerance = 1e-6;    // m and rad, between joints and pose
 
@@ -64,7 +65,27 @@ class MotionPlanner {
       paths_.push_back(path);
     }
     axes_.resize(points_.size());
+    known_free_.assign(points_.size(), 0);
+    find_laid_before();
     deposit_ = Deposit(paths_, points_, tips_, kSampleSpacing_mm);
+  }
+
+  // What was laid before the nozzle reaches a point: all of it but the bead's own last stretch, which still hangs on the
+  // nozzle and is soft.
+  void find_laid_before() {
+    laid_before_.resize(points_.size());
+    for (const Path& path : paths_) {
+      Index back = path.first_point;
+      double behind = 0.0;
+      for (Index i = path.first_point; i < path.first_point + path.point_count; ++i) {
+        if (i > path.first_point) behind += (tips_[i] - tips_[i - 1]).norm();
+        while (back < i && behind - (tips_[back + 1] - tips_[back]).norm() > kSoftBeads * points_[i].width_mm) {
+          behind -= (tips_[back + 1] - tips_[back]).norm();
+          ++back;
+        }
+        laid_before_[i] = back;
+      }
+    }
   }
 
   // Appends a point; a long segment to it is divided, so that what is true at its points is nearly true between them.
@@ -109,8 +130,12 @@ class MotionPlanner {
         // Waypoints at which the head touches something though the key points around are free become keys themselves.
         std::vector<Index> keys;
         for (int round = 0; round < kTiltRounds; ++round) {
+          const std::span<char> free = std::span(known_free_).subspan(path.first_point, path.point_count);
+          std::fill(free.begin(), free.end(), 0);
           smooth_axes(points_of(path), tips_of(path), tolerances, axes_of(path));
-          faults[p] = tilt_axes(cell_, deposit_, path.first_point, points_of(path), tips_of(path), options_, keys, axes_of(path));
+          faults[p] = tilt_axes(cell_, deposit_, path.first_point, points_of(path), tips_of(path),
+                                std::span<const Index>(laid_before_).subspan(path.first_point, path.point_count), options_, keys,
+                                axes_of(path), free);
           drafts_[p] = thin_waypoints(points_of(path), tips_of(path), axes_of(path), path.first_point, max_flow, tolerances);
           if (!options_.avoid_collisions || !add_touching_keys(path, drafts_[p], keys)) break;
         }
@@ -120,12 +145,14 @@ class MotionPlanner {
   }
 
   // Adds the points of waypoints at which the head touches something; false when none is new.
-  bool add_touching_keys(const Path& path, const std::vector<DraftPoint>& drafts, std::vector<Index>& keys) const {
+  bool add_touching_keys(const Path& path, const std::vector<DraftPoint>& drafts, std::vector<Index>& keys) {
     const std::size_t before = keys.size();
     for (const DraftPoint& draft : drafts) {
       const Index key = draft.point - path.first_point;
       if (std::binary_search(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(before), key)) continue;
-      if (head_is_free(draft.tip, draft.axis, draft.point, nullptr)) continue;
+      if (known_free_[draft.point]) continue;
+      known_free_[draft.point] = head_is_free(draft.tip, draft.axis, draft.point, nullptr);
+      if (known_free_[draft.point]) continue;
       for (Index k = std::max(0, key - 1); k <= std::min(path.point_count - 1, key + 1); ++k) keys.push_back(k);
     }
     if (keys.size() == before) return false;
@@ -136,7 +163,7 @@ class MotionPlanner {
 
   bool head_is_free(const Vec3& tip, const Vec3& axis, Index point, Contact* contact) const {
     return cell_.head_above_table(tip, axis) &&
-           !deposit_.touches_head(cell_.head(), tip, axis, free_height(points_[point]), 0.0, point, contact);
+           !deposit_.touches_head(cell_.head(), tip, axis, free_height(points_[point]), 0.0, laid_before_[point], contact);
   }
 
   void list_faults(Index path, const std::vector<AxisFault>& faults) {
@@ -374,7 +401,8 @@ class MotionPlanner {
   }
 
   const char* touching_body(const Waypoint& waypoint, Index before, Contact& contact) const {
-    if (!head_is_free(waypoint.tip_mm, waypoint.axis, before, &contact)) return "head";
+    const bool known = waypoint.point != kNone && known_free_[waypoint.point];
+    if (!known && !head_is_free(waypoint.tip_mm, waypoint.axis, before, &contact)) return "head";
     return touching_link(cell_, deposit_, waypoint.joints, before, 0.0, &contact);
   }
 
@@ -482,6 +510,8 @@ class MotionPlanner {
   std::vector<Path> paths_;
   std::vector<PathPoint> points_;
   std::vector<Vec3> tips_, axes_;
+  std::vector<Index> laid_before_;
+  std::vector<char> known_free_;  // the head at this point touches nothing, with the axis as it is now
   std::vector<Index> sources_;  // toolpath point, kNone for one that divides a segment
   Deposit deposit_;
   std::vector<std::vector<DraftPoint>> drafts_;

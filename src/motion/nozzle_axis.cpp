@@ -45,9 +45,10 @@ std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const 
 class TiltPlanner {
  public:
   TiltPlanner(const Cell& cell, const Deposit& deposit, Index first_point, std::span<const PathPoint> points,
-              std::span<const Vec3> tips, const MotionOptions& options, std::span<const Index> extra_keys,
-              std::span<Vec3> axes)
-      : cell_(cell), deposit_(deposit), first_point_(first_point), points_(points), tips_(tips), options_(options), axes_(axes) {
+              std::span<const Vec3> tips, std::span<const Index> before, const MotionOptions& options,
+              std::span<const Index> extra_keys, std::span<Vec3> axes, std::span<char> known_free)
+      : cell_(cell), deposit_(deposit), first_point_(first_point), points_(points), tips_(tips), before_(before),
+        options_(options), axes_(axes), known_free_(known_free) {
     keys_ = key_points(tips, axes, extra_keys);
     const double most = cell.machine().tolerances.max_tilt_deviation.radians();
     levels_ = static_cast<int>(std::ceil(most / kLevelStep));
@@ -61,7 +62,10 @@ class TiltPlanner {
       free[k] = allowed(k, axes_[keys_[k]], nullptr);
       any = any || !free[k];
     }
-    if (!any) return {};
+    if (!any) {
+      for (const std::size_t key : keys_) known_free_[key] = options_.avoid_collisions;
+      return {};
+    }
     if (levels_ > 0) {
       for (const auto& [begin, end] : windows(free)) plan_window(begin, end);
       apply_offsets();
@@ -76,9 +80,9 @@ class TiltPlanner {
 
   bool allowed(std::size_t key, const Vec3& axis, AxisFault* fault) {
     const std::size_t i = keys_[key];
-    const Index before = first_point_ + static_cast<Index>(i);
+    const Index before = before_[i];
     const Tolerances& tolerances = cell_.machine().tolerances;
-    if (fault) fault->point = before;
+    if (fault) fault->point = first_point_ + static_cast<Index>(i);
     if (options_.avoid_collisions) {
       if (!cell_.head_above_table(tips_[i], axis)) return false;
       if (deposit_.touches_head(cell_.head(), tips_[i], axis, free_height(points_[i]), tolerances.clearance_mm, before,
@@ -202,8 +206,10 @@ class TiltPlanner {
   Index first_point_;
   std::span<const PathPoint> points_;
   std::span<const Vec3> tips_;
+  std::span<const Index> before_;
   const MotionOptions& options_;
   std::span<Vec3> axes_;
+  std::span<char> known_free_;
   std::vector<std::size_t> keys_;
   std::vector<Vec3> offsets_;
   int levels_ = 0, states_ = 1;
@@ -266,9 +272,9 @@ void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, 
 
 std::vector<AxisFault> tilt_axes(const Cell& cell, const Deposit& deposit, Index first_point,
                                  std::span<const PathPoint> points, std::span<const Vec3> tips,
-                                 const MotionOptions& options, std::span<const Index> extra_keys,
-                                 std::span<Vec3> axes) {
-  return TiltPlanner(cell, deposit, first_point, points, tips, options, extra_keys, axes).run();
+                                 std::span<const Index> before, const MotionOptions& options,
+                                 std::span<const Index> extra_keys, std::span<Vec3> axes, std::span<char> known_free) {
+  return TiltPlanner(cell, deposit, first_point, points, tips, before, options, extra_keys, axes, known_free).run();
 }
 
 }  // namespace curvesup

@@ -26,11 +26,13 @@ void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, 
 // programming over directions within max_tilt_deviation of the normal, and interpolated between. Returns the first
 // fault that no allowed tilt removes, if any; its axis stays as near the normal as smoothing left it.
 //   first_point  index of points[0] in Toolpaths::points
+//   before       for each point: what lies before this toolpath point counts as printed
 //   extra_keys   ascending; points of the path that are keys whatever their distance
+//   known_free   set for the key points that were found free of contact as they stood, when no axis was tilted
 std::vector<AxisFault> tilt_axes(const Cell& cell, const Deposit& deposit, Index first_point,
                                  std::span<const PathPoint> points, std::span<const Vec3> tips,
-                                 const MotionOptions& options, std::span<const Index> extra_keys,
-                                 std::span<Vec3> axes);
+                                 std::span<const Index> before, const MotionOptions& options,
+                                 std::span<const Index> extra_keys, std::span<Vec3> axes, std::span<char> known_free);
 
 // The height above the tip plane up to which material is the nozzle's own business: one bead.
 [[nodiscard]] double free_height(const PathPoint& point);

@@ -38,6 +38,7 @@ TEST(HeadShape, DistanceMatchesDenselySampledProfile) {
   for (int trial = 0; trial < 100; ++trial) {
     const double h = trial % 2 ? height(random) : near(random), r = trial % 2 ? radius(random) : near(random);
     EXPECT_NEAR(head.distance(h, r), sampled_distance(tool, h, r), 0.02) << h << " " << r;
+    EXPECT_LE(head.distance_bound(h, r), head.distance(h, r) + 1e-12) << h << " " << r;
   }
 }
 
