@@ -1,0 +1,42 @@
+# Sourced by the scripts beside it: where things are, which Debian packages are needed, and how they get here.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+build_packages=(g++ cmake ninja-build ccache libeigen3-dev libtet1.5-dev libcgal-dev libopenmesh-dev libsuitesparse-dev
+  libopenblas-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libpng-dev libjs-three)
+test_packages=(libgtest-dev libbenchmark-dev python3 chromium chromium-driver)
+
+die() {
+  echo "$(basename "$0"): error: $*" >&2
+  exit 1
+}
+
+trap 'die "line $LINENO: $BASH_COMMAND"' ERR
+
+# Installs what is missing of the given packages, as root or through sudo; silent about what is already there.
+install_packages() {
+  local missing=() package sudo=()
+  for package in "$@"; do
+    [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)" = installed ] || missing+=("$package")
+  done
+  [ ${#missing[@]} -gt 0 ] || return 0
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || die "these packages are missing and there is no sudo: ${missing[*]}"
+    sudo=(sudo)
+  fi
+  echo "installing: ${missing[*]}"
+  "${sudo[@]}" apt-get update -qq || die "apt-get update failed"
+  "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null ||
+    die "apt-get could not install: ${missing[*]}"
+}
+
+# configure_and_build FOLDER [cmake options]
+configure_and_build() {
+  local folder=$1
+  shift
+  cmake -S "$root" -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release "$@" >"$folder.log" 2>&1 || {
+    tail -n 20 "$folder.log" >&2
+    die "cmake failed, see $folder.log"
+  }
+  cmake --build "$folder" || die "the build failed"
+}
