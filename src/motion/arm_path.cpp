@@ -9,9 +9,9 @@ namespace curvesup {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kComfort = 0.35;      // singularity metric above which a posture costs nothing
-constexpr double kKeyTurn = 0.15;      // rad of axis turn between key waypoints
-constexpr double kMostKeyStep = 0.9;   // rad that a joint may turn between key waypoints
+constexpr double kComfort = 0.35;     // singularity metric above which a posture costs nothing
+constexpr double kKeyTurn = 0.15;     // rad of axis turn between key waypoints
+constexpr double kMostKeyStep = 0.9;  // rad that a joint may turn between key waypoints
 constexpr double kForbidden = 1e300;
 constexpr int kBranches = 8;
 constexpr int kRefinements = 6;
@@ -26,8 +26,8 @@ double discomfort(double metric) {
 // Key waypoints with every posture there, and the cheapest way to each.
 class PostureGraph {
  public:
-  PostureGraph(const Cell& cell, const Deposit* obstacles, std::span<const DraftPoint> drafts, const MotionOptions& options,
-               const ArmState& before)
+  PostureGraph(const Cell& cell, const Deposit* obstacles, std::span<const DraftPoint> drafts,
+               const MotionOptions& options, const ArmState& before)
       : cell_(cell), obstacles_(obstacles), drafts_(drafts), before_(before), yaws_(yaw_values(options.yaw_samples)) {
     std::sort(yaws_.begin(), yaws_.end());
     states_ = static_cast<int>(yaws_.size()) * kBranches;
@@ -52,7 +52,8 @@ class PostureGraph {
       ArmFault least = ArmFault::reach;
       bool any = false;
       for (std::size_t y = 0; y < yaws_.size(); ++y) {
-        const IkSolutions solutions = inverse_kinematics(cell_.machine().arm, cell_.flange_frame(draft.tip, draft.axis, yaws_[y]));
+        const IkSolutions solutions =
+            inverse_kinematics(cell_.machine().arm, cell_.flange_frame(draft.tip, draft.axis, yaws_[y]));
         for (int i = 0; i < solutions.count; ++i) {
           double metric = 0.0;
           const ArmFault found = cell_.arm_fault(solutions.joints[i], &metric);
@@ -167,9 +168,11 @@ std::optional<ArmSection> keep_posture(const Cell& cell, std::span<const DraftPo
   for (const DraftPoint& draft : drafts) {
     ArmPoint point{draft, before.yaw, {}};
     double metric = 0.0;
-    if (cell.solve(draft.tip, draft.axis, point.yaw, before.branch, point.joints, &metric) != ArmFault::none) return std::nullopt;
+    if (cell.solve(draft.tip, draft.axis, point.yaw, before.branch, point.joints, &metric) != ArmFault::none)
+      return std::nullopt;
     if (metric < kComfort) return std::nullopt;
-    if (!section.points.empty() && largest_joint_step(section.points.back().joints, point.joints) > 0.5 * kMostKeyStep) {
+    if (!section.points.empty() &&
+        largest_joint_step(section.points.back().joints, point.joints) > 0.5 * kMostKeyStep) {
       return std::nullopt;
     }
     section.points.push_back(point);
@@ -211,7 +214,8 @@ std::vector<double> interpolate_yaws(std::span<const DraftPoint> drafts, const s
 // segment; each takes its share of volume and duration.
 void divide_segment(const Cell& cell, int branch, const ArmPoint& from, ArmPoint& to, std::vector<ArmPoint>& result) {
   const bool long_enough = (to.draft.tip - from.draft.tip).norm() >= 2.02 * cell.machine().tolerances.min_segment_mm;
-  if (!long_enough || largest_joint_step(from.joints, to.joints) <= 0.95 * cell.machine().arm.max_joint_step_rad) return;
+  if (!long_enough || largest_joint_step(from.joints, to.joints) <= 0.95 * cell.machine().arm.max_joint_step_rad)
+    return;
   ArmPoint middle;
   middle.draft.tip = 0.5 * (from.draft.tip + to.draft.tip);
   middle.draft.axis = (from.draft.axis + to.draft.axis).normalized();
@@ -277,7 +281,8 @@ void append_section(const Cell& cell, ArmSection section, ArmState& state, std::
   while (!section.points.empty()) {
     ArmSection head = section;
     if (head.points.size() > most) head.points.resize(most);
-    for (std::size_t fits; (fits = unwrap_section(cell, head, state)) < head.points.size();) head.points.resize(fits + 1);
+    for (std::size_t fits; (fits = unwrap_section(cell, head, state)) < head.points.size();)
+      head.points.resize(fits + 1);
     if (head.points.size() < 2 && section.points.size() > 1) head.points.resize(2, section.points[1]);
     const std::size_t used = head.points.size();
     const ArmPoint& last = head.points.back();
@@ -291,8 +296,8 @@ void append_section(const Cell& cell, ArmSection section, ArmState& state, std::
 
 }  // namespace
 
-const char* touching_link(const Cell& cell, const Deposit& deposit, const Joints& joints, Index before, double clearance,
-                          Contact* contact) {
+const char* touching_link(const Cell& cell, const Deposit& deposit, const Joints& joints, Index before,
+                          double clearance, Contact* contact) {
   for (const Cell::Capsule& link : cell.links(joints)) {
     if (deposit.touches_capsule(link.a, link.b, link.radius, clearance, before, contact)) return link.name;
   }

@@ -19,11 +19,16 @@ Joints radians(const Joints& degrees) {
 
 const char* describe(ArmFault fault) {
   switch (fault) {
-    case ArmFault::none: return "reachable";
-    case ArmFault::reach: return "out of the arm's reach at every turn of the head";
-    case ArmFault::limit: return "beyond a joint limit at every turn of the head";
-    case ArmFault::singular: return "too near a singularity at every turn of the head";
-    case ArmFault::table: return "a link would touch the table at every turn of the head";
+    case ArmFault::none:
+      return "reachable";
+    case ArmFault::reach:
+      return "out of the arm's reach at every turn of the head";
+    case ArmFault::limit:
+      return "beyond a joint limit at every turn of the head";
+    case ArmFault::singular:
+      return "too near a singularity at every turn of the head";
+    case ArmFault::table:
+      return "a link would touch the table at every turn of the head";
   }
   return "";
 }
@@ -72,8 +77,8 @@ ArmFault Cell::arm_fault(const Joints& joints, double* metric) const {
   const std::array<Frame, 6> frames = link_frames(machine_.arm, joints);
   const double d4 = std::abs(machine_.arm.dh[3].d_m);
   const Vec3 wrist = frames[4].translation();
-  const double value = std::min({std::abs(std::sin(joints[4])), std::abs(std::sin(joints[2])),
-                                 (std::hypot(wrist.x(), wrist.y()) - d4) / d4});
+  const double value = std::min(
+      {std::abs(std::sin(joints[4])), std::abs(std::sin(joints[2])), (std::hypot(wrist.x(), wrist.y()) - d4) / d4});
   if (metric) *metric = value;
   if (value < machine_.arm.min_singularity_metric) return ArmFault::singular;
   const auto height = [&](int frame) { return 1e3 * (platform_inverse_ * frames[frame].translation()).z(); };
@@ -84,7 +89,8 @@ ArmFault Cell::arm_fault(const Joints& joints, double* metric) const {
   return ArmFault::none;
 }
 
-ArmFault Cell::solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Joints& joints, double* metric) const {
+ArmFault Cell::solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Joints& joints,
+                     double* metric) const {
   if (!inverse_kinematics(machine_.arm, flange_frame(tip_mm, axis, yaw), branch, joints)) return ArmFault::reach;
   return arm_fault(joints, metric);
 }

@@ -20,14 +20,15 @@ class Cell {
   [[nodiscard]] const Machine& machine() const { return machine_; }
   [[nodiscard]] const HeadShape& head() const { return head_; }
 
-  // TCP in the base frame for a tip and nozzle axis in the platform frame; yaw turns the head about the axis, from the least
-  // rotation that takes z to the axis.
+  // TCP in the base frame for a tip and nozzle axis in the platform frame; yaw turns the head about the axis, from the
+  // least rotation that takes z to the axis.
   [[nodiscard]] Frame tcp_frame(const Vec3& tip_mm, const Vec3& axis, double yaw) const;
   [[nodiscard]] Frame flange_frame(const Vec3& tip_mm, const Vec3& axis, double yaw) const;
   // Tip and axis in the platform frame that some joints bring about.
   void tip_of(const Joints& joints, Vec3& tip_mm, Vec3& axis) const;
 
-  // Joint limits with margin (some whole turn fits), singularity, links above the table. `metric` gets the singularity metric.
+  // Joint limits with margin (some whole turn fits), singularity, links above the table. `metric` gets the singularity
+  // metric.
   [[nodiscard]] ArmFault arm_fault(const Joints& joints, double* metric = nullptr) const;
   // The fault of the branch at a pose, with its joints.
   [[nodiscard]] ArmFault solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Joints& joints,

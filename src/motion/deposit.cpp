@@ -34,7 +34,8 @@ Deposit::Deposit(std::span<const Path> paths, std::span<const PathPoint> points,
     for (Index i = path.first_point; i < path.first_point + path.point_count; ++i) {
       top = std::max(top, tips[i].z());
       const bool laid = i > path.first_point && points[i].volume_mm3 > 0.0;
-      const int pieces = laid ? std::max(1, static_cast<int>(std::ceil((tips[i] - tips[i - 1]).norm() / spacing_mm))) : 1;
+      const int pieces =
+          laid ? std::max(1, static_cast<int>(std::ceil((tips[i] - tips[i - 1]).norm() / spacing_mm))) : 1;
       if (!laid && i > path.first_point) continue;
       for (int s = 1; s <= pieces; ++s) {
         const double t = static_cast<double>(s) / pieces;
@@ -117,8 +118,8 @@ bool Deposit::search(Index before, double clearance, const Excluded& excluded, c
   return false;
 }
 
-bool Deposit::touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height, double clearance,
-                           Index before, Contact* contact) const {
+bool Deposit::touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
+                           double clearance, Index before, Contact* contact) const {
   const auto split = [&](const Vec3& point, double& height, double& radius) {
     const Vec3 offset = point - tip;
     height = offset.dot(axis);

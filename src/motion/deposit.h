@@ -18,17 +18,18 @@ struct Contact {
   double depth_mm = 0.0;
 };
 
-// Everything that the toolpaths will lay, as samples of the beads' upper faces, each with the toolpath point that lays it.
-// A query names how much of it is printed already: "before point p" is what lies there when point p is reached. One
+// Everything that the toolpaths will lay, as samples of the beads' upper faces, each with the toolpath point that lays
+// it. A query names how much of it is printed already: "before point p" is what lies there when point p is reached. One
 // hierarchy serves all moments, since every node knows the earliest point below it.
 class Deposit {
  public:
   Deposit() = default;
   // Samples every bead at least every `spacing_mm` along its path. Tips must be those of the points.
-  Deposit(std::span<const Path> paths, std::span<const PathPoint> points, std::span<const Vec3> tips, double spacing_mm);
+  Deposit(std::span<const Path> paths, std::span<const PathPoint> points, std::span<const Vec3> tips,
+          double spacing_mm);
 
-  // First contact found with the head at `tip`, `axis`, or none. What lies no higher than `free_height` above the tip plane
-  // is the nozzle's own business and never counts.
+  // First contact found with the head at `tip`, `axis`, or none. What lies no higher than `free_height` above the tip
+  // plane is the nozzle's own business and never counts.
   [[nodiscard]] bool touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
                                   double clearance, Index before, Contact* contact = nullptr) const;
   // The same for a capsule from a to b.
@@ -51,8 +52,8 @@ class Deposit {
   static constexpr std::size_t kLeafSize = 8;
 
   void build();
-  // excluded(centre, radius): nothing within radius of centre can count; gap(point): by how much a sample misses the body,
-  // or kNoGap when it does not count.
+  // excluded(centre, radius): nothing within radius of centre can count; gap(point): by how much a sample misses the
+  // body, or kNoGap when it does not count.
   template <class Excluded, class Gap>
   bool search(Index before, double clearance, const Excluded& excluded, const Gap& gap, Contact* contact) const;
 

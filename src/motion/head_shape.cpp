@@ -32,7 +32,8 @@ bool HeadShape::inside(double height, double radius) const {
 double HeadShape::distance(double height, double radius) const {
   double nearest = 1e300;
   for (std::size_t i = 0; i + 1 < profile_.size(); ++i) {
-    const double along_h = profile_[i + 1].height - profile_[i].height, along_r = profile_[i + 1].radius - profile_[i].radius;
+    const double along_h = profile_[i + 1].height - profile_[i].height,
+                 along_r = profile_[i + 1].radius - profile_[i].radius;
     const double h = height - profile_[i].height, r = radius - profile_[i].radius;
     const double squared = along_h * along_h + along_r * along_r;
     const double t = squared > 0.0 ? std::clamp((h * along_h + r * along_r) / squared, 0.0, 1.0) : 0.0;

@@ -50,7 +50,8 @@ WristAngles wrist_angles(const Frame& flange, double q1, bool flipped) {
 }
 
 // Joints 2, 3, 4 as a planar chain of two bones in frame 1.
-bool planar_chain(const Arm& arm, const Frame& flange, const WristAngles& wrist, double q1, bool elbow, Joints& joints) {
+bool planar_chain(const Arm& arm, const Frame& flange, const WristAngles& wrist, double q1, bool elbow,
+                  Joints& joints) {
   const Frame from_4 = link_transform(arm.dh[4], wrist.q5) * link_transform(arm.dh[5], wrist.q6);
   const Frame frame = link_transform(arm.dh[0], q1).inverse(Eigen::Isometry) * flange * from_4.inverse(Eigen::Isometry);
   const double a2 = arm.dh[1].a_m, a3 = arm.dh[2].a_m;

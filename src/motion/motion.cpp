@@ -18,7 +18,7 @@ constexpr double kSampleSpacing_mm = 1.0;   // of deposited beads
 constexpr double kLongestSegment_mm = 3.0;  // longer ones are divided before anything is checked at their points
 constexpr double kSoftBeads = 3.0;          // bead widths behind the nozzle
 constexpr int kTiltRounds = 4;
-constexpr double kPoseTolerance = 1e-6;    // m and rad, between joints and pose
+constexpr double kPoseTolerance = 1e-6;  // m and rad, between joints and pose
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
@@ -43,8 +43,12 @@ class MotionPlanner {
   }
 
  private:
-  std::span<const PathPoint> points_of(const Path& path) const { return std::span(points_).subspan(path.first_point, path.point_count); }
-  std::span<const Vec3> tips_of(const Path& path) const { return std::span(tips_).subspan(path.first_point, path.point_count); }
+  std::span<const PathPoint> points_of(const Path& path) const {
+    return std::span(points_).subspan(path.first_point, path.point_count);
+  }
+  std::span<const Vec3> tips_of(const Path& path) const {
+    return std::span(tips_).subspan(path.first_point, path.point_count);
+  }
   std::span<Vec3> axes_of(const Path& path) { return std::span(axes_).subspan(path.first_point, path.point_count); }
 
   void place_points(const PartPlacement& placement) {
@@ -70,8 +74,8 @@ class MotionPlanner {
     deposit_ = Deposit(paths_, points_, tips_, kSampleSpacing_mm);
   }
 
-  // What was laid before the nozzle reaches a point: all of it but the bead's own last stretch, which still hangs on the
-  // nozzle and is soft.
+  // What was laid before the nozzle reaches a point: all of it but the bead's own last stretch, which still hangs on
+  // the nozzle and is soft.
   void find_laid_before() {
     laid_before_.resize(points_.size());
     for (const Path& path : paths_) {
@@ -134,9 +138,10 @@ class MotionPlanner {
           std::fill(free.begin(), free.end(), 0);
           smooth_axes(points_of(path), tips_of(path), tolerances, axes_of(path));
           faults[p] = tilt_axes(cell_, deposit_, path.first_point, points_of(path), tips_of(path),
-                                std::span<const Index>(laid_before_).subspan(path.first_point, path.point_count), options_, keys,
-                                axes_of(path), free);
-          drafts_[p] = thin_waypoints(points_of(path), tips_of(path), axes_of(path), path.first_point, max_flow, tolerances);
+                                std::span<const Index>(laid_before_).subspan(path.first_point, path.point_count),
+                                options_, keys, axes_of(path), free);
+          drafts_[p] =
+              thin_waypoints(points_of(path), tips_of(path), axes_of(path), path.first_point, max_flow, tolerances);
           if (!options_.avoid_collisions || !add_touching_keys(path, drafts_[p], keys)) break;
         }
       }
@@ -163,7 +168,8 @@ class MotionPlanner {
 
   bool head_is_free(const Vec3& tip, const Vec3& axis, Index point, Contact* contact) const {
     return cell_.head_above_table(tip, axis) &&
-           !deposit_.touches_head(cell_.head(), tip, axis, free_height(points_[point]), 0.0, laid_before_[point], contact);
+           !deposit_.touches_head(cell_.head(), tip, axis, free_height(points_[point]), 0.0, laid_before_[point],
+                                  contact);
   }
 
   void list_faults(Index path, const std::vector<AxisFault>& faults) {
@@ -171,7 +177,9 @@ class MotionPlanner {
     for (const AxisFault& fault : faults) {
       if (!fault.reach) continue;
       ++result_.report.unreachable_waypoints;
-      if (!reach_listed) result_.report.unreachable.push_back({path, source_of(fault.point), tips_[fault.point], axes_[fault.point], describe(fault.arm)});
+      if (!reach_listed)
+        result_.report.unreachable.push_back(
+            {path, source_of(fault.point), tips_[fault.point], axes_[fault.point], describe(fault.arm)});
       reach_listed = true;
     }
   }
@@ -197,10 +205,11 @@ class MotionPlanner {
         if (clear.unreachable == kNone) arm = std::move(clear);
       }
       if (arm.unreachable != kNone) {
-        const bool listed = !result_.report.unreachable.empty() && result_.report.unreachable.back().path == static_cast<Index>(p);
+        const bool listed =
+            !result_.report.unreachable.empty() && result_.report.unreachable.back().path == static_cast<Index>(p);
         if (!listed) {
-          result_.report.unreachable.push_back({static_cast<Index>(p), source_of(arm.unreachable), tips_[arm.unreachable],
-                                                axes_[arm.unreachable], describe(arm.fault)});
+          result_.report.unreachable.push_back({static_cast<Index>(p), source_of(arm.unreachable),
+                                                tips_[arm.unreachable], axes_[arm.unreachable], describe(arm.fault)});
         }
         ++result_.report.unreachable_waypoints;
         continue;
@@ -277,12 +286,14 @@ class MotionPlanner {
     motion.waypoints.push_back(waypoint);
   }
 
-  // The duration that feed, melt rate, joint speeds and the controller's rotation rule allow, and the speed to state for it.
+  // The duration that feed, melt rate, joint speeds and the controller's rotation rule allow, and the speed to state
+  // for it.
   void set_speed(const Waypoint& from, double duration, Waypoint& to) {
     const Speeds& speeds = cell_.machine().speeds;
     const double length = (to.tip_mm - from.tip_mm).norm();
     const double turn = (to.pose.rotation_vector - from.pose.rotation_vector).norm();
-    for (int j = 0; j < 6; ++j) duration = std::max(duration, std::abs(to.joints[j] - from.joints[j]) / cell_.joint_speed(j));
+    for (int j = 0; j < 6; ++j)
+      duration = std::max(duration, std::abs(to.joints[j] - from.joints[j]) / cell_.joint_speed(j));
     const double planned = std::max(length, 1e3 * turn / speeds.rotation_rad_per_m);
     duration = std::max(duration, planned / speeds.max_programmed_mm_s);
     to.duration_s = duration;
@@ -315,7 +326,8 @@ class MotionPlanner {
   void plan_travels() {
     Motion& motion = result_.motion;
     const std::size_t count = motion.paths.size();
-    const TravelEnd home = station(cell_.machine().stations.home_deg), purge = station(cell_.machine().stations.purge_deg);
+    const TravelEnd home = station(cell_.machine().stations.home_deg),
+                    purge = station(cell_.machine().stations.purge_deg);
     const auto chain_end = [&](std::size_t c, bool last) {
       const PathMotion& chain = motion.paths[c];
       const Waypoint& waypoint = motion.waypoints[chain.first_waypoint + (last ? chain.waypoint_count - 1 : 0)];
@@ -332,7 +344,9 @@ class MotionPlanner {
     });
     for (std::size_t c = 0; c <= count; ++c) {
       const Index first = static_cast<Index>(motion.travels.size());
-      Vec3 at = c > 0 ? motion.waypoints[motion.paths[c - 1].first_waypoint + motion.paths[c - 1].waypoint_count - 1].tip_mm : home.tip;
+      Vec3 at =
+          c > 0 ? motion.waypoints[motion.paths[c - 1].first_waypoint + motion.paths[c - 1].waypoint_count - 1].tip_mm
+                : home.tip;
       for (const Travel& move : plans[c].moves) {
         result_.report.travel_mm += (move.tip_mm - at).norm();
         result_.report.travel_s += move.duration_s;
@@ -348,8 +362,9 @@ class MotionPlanner {
       if (!plans[c].clear) {
         const std::size_t chain = std::min(c, count - 1);
         const Waypoint& waypoint = motion.waypoints[motion.paths[chain].first_waypoint];
-        result_.report.collisions.push_back({motion.paths[chain].path, source_of(waypoint.point), waypoint.tip_mm, plans[c].contact.position,
-                                             plans[c].contact.depth_mm, "travel: " + name_of_contact(plans[c].body, plans[c].contact)});
+        result_.report.collisions.push_back({motion.paths[chain].path, source_of(waypoint.point), waypoint.tip_mm,
+                                             plans[c].contact.position, plans[c].contact.depth_mm,
+                                             "travel: " + name_of_contact(plans[c].body, plans[c].contact)});
         ++result_.report.colliding_travels;
       }
     }
@@ -388,14 +403,17 @@ class MotionPlanner {
     Index listed = kNone;
     for (const auto& chunk : hits) {
       for (const Hit& hit : chunk) {
-        while (static_cast<Index>(hit.waypoint) >= motion.paths[chain].first_waypoint + motion.paths[chain].waypoint_count) ++chain;
+        while (static_cast<Index>(hit.waypoint) >=
+               motion.paths[chain].first_waypoint + motion.paths[chain].waypoint_count)
+          ++chain;
         ++result_.report.colliding_waypoints;
         const PathMotion& path = motion.paths[chain];
         if (listed == path.path) continue;
         listed = path.path;
         const Waypoint& waypoint = motion.waypoints[hit.waypoint];
-        result_.report.collisions.push_back({path.path, source_of(waypoint.point), waypoint.tip_mm, hit.contact.position,
-                                             hit.contact.depth_mm, name_of_contact(hit.body, hit.contact)});
+        result_.report.collisions.push_back({path.path, source_of(waypoint.point), waypoint.tip_mm,
+                                             hit.contact.position, hit.contact.depth_mm,
+                                             name_of_contact(hit.body, hit.contact)});
       }
     }
   }
@@ -419,12 +437,14 @@ class MotionPlanner {
       report.print_s += chain.duration_s;
       for (Index w = chain.first_waypoint; w < chain.first_waypoint + chain.waypoint_count; ++w) {
         const Waypoint& waypoint = motion.waypoints[w];
-        const Frame reached = forward_kinematics(cell_.machine().arm, waypoint.joints) * to_frame(cell_.machine().tool.tcp);
+        const Frame reached =
+            forward_kinematics(cell_.machine().arm, waypoint.joints) * to_frame(cell_.machine().tool.tcp);
         worst_position = std::max(worst_position, (reached.translation() - waypoint.pose.position_m).norm());
         const Eigen::AngleAxisd turn(Mat3(reached.linear().transpose() * rotation_of(waypoint.pose.rotation_vector)));
         worst_rotation = std::max(worst_rotation, turn.angle());
         report.max_tilt_deg = std::max(report.max_tilt_deg, angle_between(waypoint.axis, Vec3::UnitZ()) / kDegree);
-        report.min_singularity_metric = std::min(report.min_singularity_metric, singularity_metric(cell_.machine().arm, waypoint.joints));
+        report.min_singularity_metric =
+            std::min(report.min_singularity_metric, singularity_metric(cell_.machine().arm, waypoint.joints));
         report.rotation_limited += waypoint.rotation_limited;
         if (w == chain.first_waypoint) continue;
         report.stops += w + 1 < chain.first_waypoint + chain.waypoint_count && waypoint.blend_mm == 0.0;
@@ -448,16 +468,32 @@ class MotionPlanner {
     report_deviations();
     const Arm& arm = cell_.machine().arm;
     auto& checks = report.checks;
-    checks.push_back(check_at_most("motion.unreachable", static_cast<double>(report.unreachable_waypoints), 0, first_unreachable()));
-    checks.push_back(check_at_most("motion.collisions", static_cast<double>(report.colliding_waypoints + report.colliding_travels), 0, first_collision()));
-    checks.push_back(check_at_most("motion.forward_kinematics_m", worst_position, kPoseTolerance, "largest distance between the tip that the joints bring about and the pose"));
-    checks.push_back(check_at_most("motion.forward_kinematics_rad", worst_rotation, kPoseTolerance, "largest turn between the frame that the joints bring about and the pose"));
-    checks.push_back(check_at_most("motion.branch_jumps", static_cast<double>(jumps), 0, "segments in which a joint turns more than arm.max_joint_step_rad"));
-    checks.push_back(check_at_most("motion.joint_speed_ratio", report.max_joint_speed_ratio, arm.joint_speed_fraction + 1e-9, "largest joint speed at the planned durations over its limit"));
-    checks.push_back(check_at_least("motion.singularity_metric", report.min_singularity_metric, motion.waypoints.empty() ? 0.0 : arm.min_singularity_metric, "least of |sin q5|, |sin q3|, shoulder margin"));
-    checks.push_back(check_at_most("motion.volume_error", worst_volume, 1e-9, "largest relative difference between the volume of a path and that of its waypoints"));
-    checks.push_back(check_at_most("motion.near_waypoints", static_cast<double>(near), 0, "consecutive waypoints nearer than tolerances.min_segment_mm"));
-    checks.push_back(check_at_most("motion.tilt_deviation_deg", report.tilt_deviation_max_deg, cell_.machine().tolerances.max_tilt_deviation.degrees() + 1e-6 + cell_.machine().tolerances.axis.degrees(), "largest angle between nozzle axis and layer normal"));
+    checks.push_back(
+        check_at_most("motion.unreachable", static_cast<double>(report.unreachable_waypoints), 0, first_unreachable()));
+    checks.push_back(check_at_most("motion.collisions",
+                                   static_cast<double>(report.colliding_waypoints + report.colliding_travels), 0,
+                                   first_collision()));
+    checks.push_back(check_at_most("motion.forward_kinematics_m", worst_position, kPoseTolerance,
+                                   "largest distance between the tip that the joints bring about and the pose"));
+    checks.push_back(check_at_most("motion.forward_kinematics_rad", worst_rotation, kPoseTolerance,
+                                   "largest turn between the frame that the joints bring about and the pose"));
+    checks.push_back(check_at_most("motion.branch_jumps", static_cast<double>(jumps), 0,
+                                   "segments in which a joint turns more than arm.max_joint_step_rad"));
+    checks.push_back(check_at_most("motion.joint_speed_ratio", report.max_joint_speed_ratio,
+                                   arm.joint_speed_fraction + 1e-9,
+                                   "largest joint speed at the planned durations over its limit"));
+    checks.push_back(check_at_least("motion.singularity_metric", report.min_singularity_metric,
+                                    motion.waypoints.empty() ? 0.0 : arm.min_singularity_metric,
+                                    "least of |sin q5|, |sin q3|, shoulder margin"));
+    checks.push_back(
+        check_at_most("motion.volume_error", worst_volume, 1e-9,
+                      "largest relative difference between the volume of a path and that of its waypoints"));
+    checks.push_back(check_at_most("motion.near_waypoints", static_cast<double>(near), 0,
+                                   "consecutive waypoints nearer than tolerances.min_segment_mm"));
+    checks.push_back(check_at_most(
+        "motion.tilt_deviation_deg", report.tilt_deviation_max_deg,
+        cell_.machine().tolerances.max_tilt_deviation.degrees() + 1e-6 + cell_.machine().tolerances.axis.degrees(),
+        "largest angle between nozzle axis and layer normal"));
   }
 
   // Over the paths that were planned: their waypoints' volume against their points'.
@@ -477,7 +513,9 @@ class MotionPlanner {
   void report_deviations() {
     if (deviations_.empty()) return;
     std::sort(deviations_.begin(), deviations_.end());
-    const auto at = [&](double share) { return deviations_[static_cast<std::size_t>(share * static_cast<double>(deviations_.size() - 1))]; };
+    const auto at = [&](double share) {
+      return deviations_[static_cast<std::size_t>(share * static_cast<double>(deviations_.size() - 1))];
+    };
     result_.report.tilt_deviation_median_deg = at(0.5);
     result_.report.tilt_deviation_p95_deg = at(0.95);
     result_.report.tilt_deviation_max_deg = deviations_.back();
@@ -486,15 +524,15 @@ class MotionPlanner {
   std::string first_unreachable() const {
     if (result_.report.unreachable.empty()) return "every waypoint is reached";
     const UnreachableWaypoint& first = result_.report.unreachable.front();
-    return format("path %d, point %d at (%.2f, %.2f, %.2f): %s", first.path, first.point, first.tip_mm.x(), first.tip_mm.y(),
-                  first.tip_mm.z(), first.reason.c_str());
+    return format("path %d, point %d at (%.2f, %.2f, %.2f): %s", first.path, first.point, first.tip_mm.x(),
+                  first.tip_mm.y(), first.tip_mm.z(), first.reason.c_str());
   }
 
   std::string first_collision() const {
     if (result_.report.collisions.empty()) return "head and arm touch neither platform nor printed material";
     const MotionCollision& first = result_.report.collisions.front();
-    return format("path %d, point %d at (%.2f, %.2f, %.2f): %s", first.path, first.point, first.tip_mm.x(), first.tip_mm.y(),
-                  first.tip_mm.z(), first.what.c_str());
+    return format("path %d, point %d at (%.2f, %.2f, %.2f): %s", first.path, first.point, first.tip_mm.x(),
+                  first.tip_mm.y(), first.tip_mm.z(), first.what.c_str());
   }
 
   struct ChainEnds {
@@ -512,7 +550,7 @@ class MotionPlanner {
   std::vector<Vec3> tips_, axes_;
   std::vector<Index> laid_before_;
   std::vector<char> known_free_;  // the head at this point touches nothing, with the axis as it is now
-  std::vector<Index> sources_;  // toolpath point, kNone for one that divides a segment
+  std::vector<Index> sources_;    // toolpath point, kNone for one that divides a segment
   Deposit deposit_;
   std::vector<std::vector<DraftPoint>> drafts_;
   std::vector<ChainEnds> ends_;

@@ -8,11 +8,11 @@ namespace curvesup {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kKeySpacing = 2.0;      // mm between points at which tilt is chosen
-constexpr double kKeyTurn = 0.12;        // rad of axis turn between them
+constexpr double kKeySpacing = 2.0;  // mm between points at which tilt is chosen
+constexpr double kKeyTurn = 0.12;    // rad of axis turn between them
 constexpr int kAzimuths = 8;
 constexpr double kLevelStep = 7.5 * kPi / 180.0;
-constexpr int kWindow = 4;               // keys around a fault that may tilt, times the number of levels over 4
+constexpr int kWindow = 4;  // keys around a fault that may tilt, times the number of levels over 4
 constexpr double kFaultCost = 1e6;
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
@@ -25,7 +25,8 @@ Vec3 within(const Vec3& axis, const Vec3& centre, double limit) {
   return (std::cos(limit) * centre + std::sin(limit) * across).normalized();
 }
 
-std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const Vec3> axes, std::span<const Index> extra) {
+std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const Vec3> axes,
+                                    std::span<const Index> extra) {
   std::vector<std::size_t> keys = {0};
   std::size_t next = 0;
   double length = 0.0, turn = 0.0;
@@ -47,8 +48,15 @@ class TiltPlanner {
   TiltPlanner(const Cell& cell, const Deposit& deposit, Index first_point, std::span<const PathPoint> points,
               std::span<const Vec3> tips, std::span<const Index> before, const MotionOptions& options,
               std::span<const Index> extra_keys, std::span<Vec3> axes, std::span<char> known_free)
-      : cell_(cell), deposit_(deposit), first_point_(first_point), points_(points), tips_(tips), before_(before),
-        options_(options), axes_(axes), known_free_(known_free) {
+      : cell_(cell),
+        deposit_(deposit),
+        first_point_(first_point),
+        points_(points),
+        tips_(tips),
+        before_(before),
+        options_(options),
+        axes_(axes),
+        known_free_(known_free) {
     keys_ = key_points(tips, axes, extra_keys);
     const double most = cell.machine().tolerances.max_tilt_deviation.radians();
     levels_ = static_cast<int>(std::ceil(most / kLevelStep));

@@ -11,9 +11,9 @@ namespace curvesup {
 // Why no allowed nozzle axis serves at a point of a path.
 struct AxisFault {
   Index point = kNone;
-  bool reach = false;   // else a contact
+  bool reach = false;  // else a contact
   ArmFault arm = ArmFault::none;
-  Contact contact;      // contact.point == kNone: the platform
+  Contact contact;  // contact.point == kNone: the platform
 };
 
 // Nozzle axes of one path from its layer normals: turned towards their neighbours where the normals turn faster than
@@ -21,10 +21,10 @@ struct AxisFault {
 void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, const Tolerances& tolerances,
                  std::span<Vec3> axes);
 
-// Tilts the axes of one path, as little as possible, so that the head touches neither platform nor what is printed before
-// each point, and the arm reaches every point at some turn of the head. Tilts are chosen at key points by dynamic
-// programming over directions within max_tilt_deviation of the normal, and interpolated between. Returns the first
-// fault that no allowed tilt removes, if any; its axis stays as near the normal as smoothing left it.
+// Tilts the axes of one path, as little as possible, so that the head touches neither platform nor what is printed
+// before each point, and the arm reaches every point at some turn of the head. Tilts are chosen at key points by
+// dynamic programming over directions within max_tilt_deviation of the normal, and interpolated between. Returns the
+// first fault that no allowed tilt removes, if any; its axis stays as near the normal as smoothing left it.
 //   first_point  index of points[0] in Toolpaths::points
 //   before       for each point: what lies before this toolpath point counts as printed
 //   extra_keys   ascending; points of the path that are keys whatever their distance

@@ -42,7 +42,8 @@ double best_metric(const Cell& cell, const Vec3& tip, const Vec3& axis, int yaw_
 
 }  // namespace
 
-PartPlacement place_part(const Toolpaths& toolpaths, const Cell& cell, const MotionOptions& options, const RunContext& run) {
+PartPlacement place_part(const Toolpaths& toolpaths, const Cell& cell, const MotionOptions& options,
+                         const RunContext& run) {
   if (cell.machine().place == Placement::as_modelled || toolpaths.points.empty()) return {};
   Vec3 low = toolpaths.points[0].position, high = low;
   for (const PathPoint& point : toolpaths.points) {

@@ -9,7 +9,7 @@ namespace curvesup {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kNearHop_mm = 3.0;     // neighbouring rings: a low hop is enough
+constexpr double kNearHop_mm = 3.0;  // neighbouring rings: a low hop is enough
 constexpr double kSampleStep_mm = 4.0;
 constexpr double kSampleStep_rad = 0.06;
 
@@ -173,12 +173,14 @@ class Planner {
     Contact contact;
     if (with_head) {
       if (!cell_.head_above_table(tip, axis)) return touch("head and platform", {kNone, tip, 0.0});
-      if (deposit_.touches_head(cell_.head(), tip, axis, -1.0, clearance, before_, &contact)) return touch("head", contact);
+      if (deposit_.touches_head(cell_.head(), tip, axis, -1.0, clearance, before_, &contact))
+        return touch("head", contact);
     }
     const double table = cell_.machine().platform.table_clearance_mm;
     for (const Cell::Capsule& link : cell_.links(joints)) {
       if (std::min(link.a.z(), link.b.z()) < table + link.radius) return touch(link.name, {kNone, link.b, 0.0});
-      if (deposit_.touches_capsule(link.a, link.b, link.radius, clearance, before_, &contact)) return touch(link.name, contact);
+      if (deposit_.touches_capsule(link.a, link.b, link.radius, clearance, before_, &contact))
+        return touch(link.name, contact);
     }
   }
 
@@ -197,7 +199,8 @@ class Planner {
     Travel move = base(to, step, TravelKind::linear);
     const Speeds& speeds = cell_.machine().speeds;
     move.speed_mm_s = speeds.approach_mm_s;
-    move.duration_s = (to.tip - from.tip).norm() / move.speed_mm_s + 1e-3 * move.speed_mm_s / speeds.travel_acceleration_m_s2;
+    move.duration_s =
+        (to.tip - from.tip).norm() / move.speed_mm_s + 1e-3 * move.speed_mm_s / speeds.travel_acceleration_m_s2;
     return move;
   }
 
@@ -206,7 +209,8 @@ class Planner {
     const Speeds& speeds = cell_.machine().speeds;
     double turn = 0.0;
     for (int j = 0; j < 6; ++j) turn = std::max(turn, std::abs(to.joints[j] - from.joints[j]));
-    const double speed = speeds.joint_speed_deg_s * kPi / 180.0, acceleration = speeds.joint_acceleration_deg_s2 * kPi / 180.0;
+    const double speed = speeds.joint_speed_deg_s * kPi / 180.0,
+                 acceleration = speeds.joint_acceleration_deg_s2 * kPi / 180.0;
     const bool reaches_speed = turn > speed * speed / acceleration;
     move.duration_s = reaches_speed ? turn / speed + speed / acceleration : 2.0 * std::sqrt(turn / acceleration);
     move.speed_mm_s = speeds.travel_mm_s;

@@ -22,15 +22,15 @@ struct TravelEnd {
 struct TravelPlan {
   std::vector<Travel> moves;
   bool clear = true;
-  Contact contact;           // when not clear
-  const char* body = "";     // what touches
+  Contact contact;        // when not clear
+  const char* body = "";  // what touches
 };
 
 // Moves from one end to another clear of everything laid before toolpath point `before`: back along the nozzle's own
-// axis, across, and down along the axis of the next pose. Low hops are tried first, then ways over the top; every way is
-// proved on samples of it before it is taken. The last way is returned with clear = false when all touch.
+// axis, across, and down along the axis of the next pose. Low hops are tried first, then ways over the top; every way
+// is proved on samples of it before it is taken. The last way is returned with clear = false when all touch.
 //   via  optional station in between (filament change)
-[[nodiscard]] TravelPlan plan_travel(const Cell& cell, const Deposit& deposit, const TravelEnd& from, const TravelEnd& to,
-                                     const TravelEnd* via, Index before);
+[[nodiscard]] TravelPlan plan_travel(const Cell& cell, const Deposit& deposit, const TravelEnd& from,
+                                     const TravelEnd& to, const TravelEnd* via, Index before);
 
 }  // namespace curvesup

@@ -10,11 +10,12 @@ double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b
 
 // Running sums along a path, without the points that coincide with the one before.
 struct Merged {
-  std::vector<std::size_t> index;        // into the path
+  std::vector<std::size_t> index;                // into the path
   std::vector<double> length, volume, duration;  // up to each
 };
 
-Merged merge_near_points(std::span<const PathPoint> points, std::span<const Vec3> tips, double max_flow, double nearest) {
+Merged merge_near_points(std::span<const PathPoint> points, std::span<const Vec3> tips, double max_flow,
+                         double nearest) {
   Merged merged;
   double volume = 0.0, duration = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -35,7 +36,8 @@ Merged merge_near_points(std::span<const PathPoint> points, std::span<const Vec3
         merged.duration.pop_back();
       }
     }
-    const double step = merged.index.empty() ? 0.0 : merged.length.back() + (tips[i] - tips[merged.index.back()]).norm();
+    const double step =
+        merged.index.empty() ? 0.0 : merged.length.back() + (tips[i] - tips[merged.index.back()]).norm();
     merged.index.push_back(i);
     merged.length.push_back(step);
     merged.volume.push_back(volume);

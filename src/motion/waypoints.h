@@ -18,9 +18,9 @@ struct DraftPoint {
 };
 
 // The points of one path without those that are not needed: every dropped point lies within the chord tolerance of the
-// segment that passes it, its axis within the axis tolerance of the one interpolated there, and the volume laid up to it
-// within the bead tolerance. Points nearer than min_segment are merged. First and last point stay; volumes and durations
-// are summed, so both are conserved. Duration: tip length over feed, longer where the melt rate needs it.
+// segment that passes it, its axis within the axis tolerance of the one interpolated there, and the volume laid up to
+// it within the bead tolerance. Points nearer than min_segment are merged. First and last point stay; volumes and
+// durations are summed, so both are conserved. Duration: tip length over feed, longer where the melt rate needs it.
 [[nodiscard]] std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::span<const Vec3> tips,
                                                      std::span<const Vec3> axes, Index first_point,
                                                      double max_flow_mm3_s, const Tolerances& tolerances);

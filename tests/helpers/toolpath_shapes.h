@@ -9,9 +9,9 @@
 // Small synthetic toolpaths for tests.
 namespace curvesup::shapes {
 
-inline void add_path(Toolpaths& toolpaths, const std::vector<Vec3>& positions, const std::vector<Vec3>& normals, Index layer,
-                     Material material = Material::model, bool closed = false, double height = 0.6, double width = 0.8,
-                     double feed = 10.0) {
+inline void add_path(Toolpaths& toolpaths, const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
+                     Index layer, Material material = Material::model, bool closed = false, double height = 0.6,
+                     double width = 0.8, double feed = 10.0) {
   Path path;
   path.layer = layer;
   path.group = layer;
@@ -34,8 +34,8 @@ inline void add_path(Toolpaths& toolpaths, const std::vector<Vec3>& positions, c
 }
 
 // A closed ring of radius r at height z whose normals lean outwards by `lean` radians.
-inline void add_ring(Toolpaths& toolpaths, const Vec3& centre, double radius, double lean, Index layer, int points = 200,
-                     Material material = Material::model) {
+inline void add_ring(Toolpaths& toolpaths, const Vec3& centre, double radius, double lean, Index layer,
+                     int points = 200, Material material = Material::model) {
   std::vector<Vec3> positions, normals;
   for (int i = 0; i <= points; ++i) {
     const double angle = 2.0 * std::numbers::pi * (i % points) / points;
@@ -60,7 +60,8 @@ inline Toolpaths cap_rings(double sphere_radius, double steepest, double lift_mm
   Toolpaths toolpaths;
   const Vec3 centre(0, 0, lift_mm - sphere_radius * std::cos(steepest));
   for (double lean = steepest; lean * sphere_radius > 1.0; lean -= 1.6 / sphere_radius) {
-    add_ring(toolpaths, centre + Vec3(0, 0, sphere_radius * std::cos(lean)), sphere_radius * std::sin(lean), lean, 0, 240);
+    add_ring(toolpaths, centre + Vec3(0, 0, sphere_radius * std::cos(lean)), sphere_radius * std::sin(lean), lean, 0,
+             240);
   }
   return toolpaths;
 }

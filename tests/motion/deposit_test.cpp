@@ -68,8 +68,10 @@ Scene random_scene() {
     }
     shapes::add_path(scene.toolpaths, positions, normals, p);
   }
-  for (const PathPoint& point : scene.toolpaths.points) scene.tips.push_back(point.position + point.tip_offset_mm * point.normal);
-  scene.deposit = Deposit(scene.toolpaths.paths, scene.toolpaths.points, scene.tips, 1e6);  // samples are the tips themselves
+  for (const PathPoint& point : scene.toolpaths.points)
+    scene.tips.push_back(point.position + point.tip_offset_mm * point.normal);
+  scene.deposit =
+      Deposit(scene.toolpaths.paths, scene.toolpaths.points, scene.tips, 1e6);  // samples are the tips themselves
   return scene;
 }
 

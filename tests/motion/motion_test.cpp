@@ -20,7 +20,8 @@ const Check& find(const MotionReport& report, const std::string& name) {
 }
 
 void expect_all_checks(const MotionReport& report) {
-  for (const Check& check : report.checks) EXPECT_TRUE(check.ok) << check.name << " = " << check.value << ": " << check.detail;
+  for (const Check& check : report.checks)
+    EXPECT_TRUE(check.ok) << check.name << " = " << check.value << ": " << check.detail;
 }
 
 double distance_to_polyline(const Vec3& point, const std::vector<Vec3>& line) {
@@ -62,8 +63,10 @@ void expect_sound(const Toolpaths& toolpaths, const Machine& machine, const Moti
       EXPECT_TRUE(point.blend_mm == 0.0 || point.blend_mm >= 0.1);
       EXPECT_GT(point.duration_s, 0.0);
       const double turn = (point.pose.rotation_vector - before.pose.rotation_vector).norm();
-      EXPECT_NEAR(point.speed_mm_s * point.duration_s, std::max(length, 1e3 * turn / machine.speeds.rotation_rad_per_m), 1e-9);
-      const Eigen::AngleAxisd geodesic(Mat3(rotation_of(before.pose.rotation_vector).transpose() * rotation_of(point.pose.rotation_vector)));
+      EXPECT_NEAR(point.speed_mm_s * point.duration_s, std::max(length, 1e3 * turn / machine.speeds.rotation_rad_per_m),
+                  1e-9);
+      const Eigen::AngleAxisd geodesic(
+          Mat3(rotation_of(before.pose.rotation_vector).transpose() * rotation_of(point.pose.rotation_vector)));
       EXPECT_LE(turn, 1.6 * geodesic.angle() + 1e-3);
     }
     EXPECT_NEAR(volume, chain.volume_mm3, 1e-9);
@@ -73,11 +76,13 @@ void expect_sound(const Toolpaths& toolpaths, const Machine& machine, const Moti
     const Path& source = toolpaths.paths[chain.path];
     if (chain.sections > 1) continue;
     std::vector<Vec3> line;
-    for (Index w = chain.first_waypoint; w < chain.first_waypoint + chain.waypoint_count; ++w) line.push_back(motion.waypoints[w].tip_mm);
+    for (Index w = chain.first_waypoint; w < chain.first_waypoint + chain.waypoint_count; ++w)
+      line.push_back(motion.waypoints[w].tip_mm);
     double wanted = 0.0;
     for (Index i = source.first_point; i < source.first_point + source.point_count; ++i) {
       const PathPoint& point = toolpaths.points[i];
-      EXPECT_LE(distance_to_polyline(point.position + point.tip_offset_mm * point.normal, line), tolerances.chord_mm + 1e-3);
+      EXPECT_LE(distance_to_polyline(point.position + point.tip_offset_mm * point.normal, line),
+                tolerances.chord_mm + 1e-3);
       wanted += point.volume_mm3;
     }
     EXPECT_NEAR(chain.volume_mm3, wanted, 1e-9 * wanted);

@@ -40,7 +40,8 @@ std::vector<DraftPoint> thin(const Line& line) {
 }
 
 TEST(ThinWaypoints, StraightLineKeepsItsEndsAndAllVolumeAndTime) {
-  const Line line = line_of(201, [](double) { return Vec3::UnitZ(); }, [](double) { return 0.0; });
+  const Line line = line_of(
+      201, [](double) { return Vec3::UnitZ(); }, [](double) { return 0.0; });
   const auto kept = thin(line);
   ASSERT_EQ(kept.size(), 2u);
   EXPECT_NEAR(kept[1].volume_mm3, 100.0 * 0.6 * 0.8, 1e-9);
@@ -49,12 +50,14 @@ TEST(ThinWaypoints, StraightLineKeepsItsEndsAndAllVolumeAndTime) {
 }
 
 TEST(ThinWaypoints, AxisThatTurnsUnevenlyKeepsPoints) {
-  const Line line = line_of(201, [](double x) { return Vec3(0, std::sin(0.2 * std::sin(0.3 * x)), 1.0); }, [](double) { return 0.0; });
+  const Line line = line_of(
+      201, [](double x) { return Vec3(0, std::sin(0.2 * std::sin(0.3 * x)), 1.0); }, [](double) { return 0.0; });
   const auto kept = thin(line);
   EXPECT_GT(kept.size(), 5u);
   for (std::size_t k = 1; k < kept.size(); ++k) {
     for (Index i = kept[k - 1].point; i <= kept[k].point; ++i) {
-      const double t = (line.tips[i] - kept[k - 1].tip).dot(kept[k].tip - kept[k - 1].tip) / (kept[k].tip - kept[k - 1].tip).squaredNorm();
+      const double t = (line.tips[i] - kept[k - 1].tip).dot(kept[k].tip - kept[k - 1].tip) /
+                       (kept[k].tip - kept[k - 1].tip).squaredNorm();
       const Vec3 axis = ((1 - t) * kept[k - 1].axis + t * kept[k].axis).normalized();
       EXPECT_LE(std::acos(std::min(1.0, axis.dot(line.axes[i]))), 1.0 * kDegree + 1e-7);
     }
@@ -62,7 +65,8 @@ TEST(ThinWaypoints, AxisThatTurnsUnevenlyKeepsPoints) {
 }
 
 TEST(ThinWaypoints, ChordErrorIsKept) {
-  const Line line = line_of(201, [](double) { return Vec3::UnitZ(); }, [](double x) { return 2.0 * std::sin(0.2 * x); });
+  const Line line = line_of(
+      201, [](double) { return Vec3::UnitZ(); }, [](double x) { return 2.0 * std::sin(0.2 * x); });
   const auto kept = thin(line);
   EXPECT_LT(kept.size(), 100u);
   for (std::size_t k = 1; k < kept.size(); ++k) {
@@ -74,18 +78,21 @@ TEST(ThinWaypoints, ChordErrorIsKept) {
 }
 
 TEST(ThinWaypoints, UnevenBeadKeepsPoints) {
-  Line line = line_of(101, [](double) { return Vec3::UnitZ(); }, [](double) { return 0.0; });
+  Line line = line_of(
+      101, [](double) { return Vec3::UnitZ(); }, [](double) { return 0.0; });
   for (std::size_t i = 1; i < 101; ++i) line.toolpaths.points[i].volume_mm3 *= i < 50 ? 1.0 : 2.0;
   EXPECT_EQ(thin(line).size(), 3u);
 }
 
 TEST(SmoothAxes, JumpOfTheNormalBecomesATurnAtTheAllowedRate) {
-  const Line line = line_of(101, [](double x) { return x < 25.0 ? Vec3(0, 0.2, 1) : Vec3(0, -0.2, 1); }, [](double) { return 0.0; });
+  const Line line = line_of(
+      101, [](double x) { return x < 25.0 ? Vec3(0, 0.2, 1) : Vec3(0, -0.2, 1); }, [](double) { return 0.0; });
   std::vector<Vec3> axes(line.tips.size());
   const Tolerances tolerances;
   smooth_axes(line.toolpaths.points, line.tips, tolerances, axes);
   for (std::size_t i = 1; i < axes.size(); ++i) {
-    const double rate = std::acos(std::min(1.0, axes[i].dot(axes[i - 1]))) / kDegree / (line.tips[i] - line.tips[i - 1]).norm();
+    const double rate =
+        std::acos(std::min(1.0, axes[i].dot(axes[i - 1]))) / kDegree / (line.tips[i] - line.tips[i - 1]).norm();
     EXPECT_LE(rate, tolerances.max_tilt_rate_deg_mm * 1.001);
     EXPECT_LE(std::acos(std::min(1.0, axes[i].dot(line.axes[i]))), tolerances.max_tilt_deviation.radians() + 1e-9);
   }
@@ -106,7 +113,8 @@ std::vector<Waypoint> chain_through(const std::vector<Vec3>& tips, double speed)
 TEST(SetBlends, RadiusKeepsCornerCutAndNeighbours) {
   for (const double degrees : {1.0, 5.0, 20.0, 45.0, 80.0, 120.0, 155.0, 179.0}) {
     const double turn = degrees * kDegree;
-    auto chain = chain_through({Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(4 + 3 * std::cos(turn), 3 * std::sin(turn), 0)}, 4.0);
+    auto chain =
+        chain_through({Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(4 + 3 * std::cos(turn), 3 * std::sin(turn), 0)}, 4.0);
     set_blends(chain, Tolerances{}, 500.0);
     const double r = chain[1].blend_mm;
     EXPECT_EQ(chain[0].blend_mm, 0.0);

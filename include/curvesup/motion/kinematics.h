@@ -11,9 +11,9 @@ namespace curvesup {
 using Frame = Eigen::Isometry3d;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// Up to eight ways in which the arm reaches a flange frame. branch[i] of a solution says which of the two shoulder (bit 2),
-// wrist (bit 1) and elbow (bit 0) postures it is; a branch number keeps its meaning along a continuous motion that meets no
-// singularity. Joints lie in (-pi, pi].
+// Up to eight ways in which the arm reaches a flange frame. branch[i] of a solution says which of the two shoulder (bit
+// 2), wrist (bit 1) and elbow (bit 0) postures it is; a branch number keeps its meaning along a continuous motion that
+// meets no singularity. Joints lie in (-pi, pi].
 struct IkSolutions {
   int count = 0;
   std::array<Joints, 8> joints;
@@ -25,8 +25,9 @@ struct IkSolutions {
 // Frames 1..6 behind each joint; frames[5] is the flange.
 [[nodiscard]] std::array<Frame, 6> link_frames(const Arm& arm, const Joints& joints);
 
-// Closed form for arms of the UR family (alpha = 90, 0, 0, 90, -90, 0 degrees; a only at links 2 and 3; d at 1, 4, 5, 6).
-// Solutions are independent of joint limits. At a wrist singularity joint 6 is chosen as 0. Empty when out of reach.
+// Closed form for arms of the UR family (alpha = 90, 0, 0, 90, -90, 0 degrees; a only at links 2 and 3; d at 1, 4, 5,
+// 6). Solutions are independent of joint limits. At a wrist singularity joint 6 is chosen as 0. Empty when out of
+// reach.
 [[nodiscard]] IkSolutions inverse_kinematics(const Arm& arm, const Frame& flange);
 // The solution of one branch; false when there is none.
 [[nodiscard]] bool inverse_kinematics(const Arm& arm, const Frame& flange, int branch, Joints& joints);

@@ -23,7 +23,8 @@ struct Pose {
 struct Platform {
   Pose pose{Vec3(0.50, 0.0, -0.05), Vec3::Zero()};
   double radius_mm = 140.0;
-  double table_clearance_mm = 0.0;  // height above the platform plane that head and arm must keep, inside and outside the radius
+  double table_clearance_mm =
+      0.0;  // height above the platform plane that head and arm must keep, inside and outside the radius
 };
 
 // One row of the standard (distal) Denavit-Hartenberg table of an arm of the UR family.
@@ -65,43 +66,43 @@ struct Tool {
   Vec3 centre_of_gravity_m = Vec3(0.0, 0.0, 0.06);
   Angle cone_half_angle = Angle::degrees(30);  // the nozzle: a cone with its apex region at the tip
   double cone_length_mm = 60.0;
-  double tip_radius_mm = 0.6;                  // of the flat face around the orifice
-  double head_radius_mm = 40.0;                // a cylinder around the nozzle axis from the cone's end ...
-  double head_length_mm = 250.0;               // ... to this distance from the tip
+  double tip_radius_mm = 0.6;     // of the flat face around the orifice
+  double head_radius_mm = 40.0;   // a cylinder around the nozzle axis from the cone's end ...
+  double head_length_mm = 250.0;  // ... to this distance from the tip
 };
 
 // Joint poses outside the print volume.
 struct Stations {
-  Joints home_deg = {152, -98, 101, 46, 71, -110};  // above and behind the platform
+  Joints home_deg = {152, -98, 101, 46, 71, -110};   // above and behind the platform
   Joints purge_deg = {109, -71, 103, 22, 61, -123};  // beside it, nozzle upright
 };
 
 struct Speeds {
   double print_acceleration_m_s2 = 0.5;
-  double travel_mm_s = 60.0;             // off the part
-  double approach_mm_s = 20.0;           // last stretch down to the part and first stretch up from it
+  double travel_mm_s = 60.0;    // off the part
+  double approach_mm_s = 20.0;  // last stretch down to the part and first stretch up from it
   double travel_acceleration_m_s2 = 0.8;
-  double max_programmed_mm_s = 250.0;    // of any move, rotation-limited ones included
-  double joint_speed_deg_s = 40.0;       // movej
+  double max_programmed_mm_s = 250.0;  // of any move, rotation-limited ones included
+  double joint_speed_deg_s = 40.0;     // movej
   double joint_acceleration_deg_s2 = 60.0;
-  double rotation_rad_per_m = 4.0;       // the controller turns at most this much per metre of programmed travel
+  double rotation_rad_per_m = 4.0;  // the controller turns at most this much per metre of programmed travel
 };
 
 // How the planned path may differ from the toolpath, and what programs look like.
 struct Tolerances {
-  double chord_mm = 0.03;                 // tip of the emitted polyline against that of the toolpath
-  Angle axis = Angle::degrees(1);         // nozzle axis against its linear interpolation
-  double corner_mm = 0.05;                // cut by a blend
-  double bead_mm3 = 0.05;                 // volume laid up to a waypoint against even laying between waypoints
-  double min_segment_mm = 0.05;           // nearer points are one
-  double min_blend_mm = 0.1;              // a smaller radius becomes 0: both machines stop
-  double blend_fraction = 0.4;            // of the shorter neighbouring segment
+  double chord_mm = 0.03;          // tip of the emitted polyline against that of the toolpath
+  Angle axis = Angle::degrees(1);  // nozzle axis against its linear interpolation
+  double corner_mm = 0.05;         // cut by a blend
+  double bead_mm3 = 0.05;          // volume laid up to a waypoint against even laying between waypoints
+  double min_segment_mm = 0.05;    // nearer points are one
+  double min_blend_mm = 0.1;       // a smaller radius becomes 0: both machines stop
+  double blend_fraction = 0.4;     // of the shorter neighbouring segment
   Angle max_blend_turn = Angle::degrees(150);
   Angle max_tilt_deviation = Angle::degrees(30);  // nozzle axis against layer normal
-  double max_tilt_rate_deg_mm = 8.0;      // of the nozzle axis along the path, where the deviation allows it
-  double max_yaw_rate_deg_mm = 6.0;       // about the nozzle axis
-  double clearance_mm = 0.2;              // between head and what is printed; the nozzle's own bead excepted
-  double travel_clearance_mm = 5.0;       // above everything printed so far
+  double max_tilt_rate_deg_mm = 8.0;              // of the nozzle axis along the path, where the deviation allows it
+  double max_yaw_rate_deg_mm = 6.0;               // about the nozzle axis
+  double clearance_mm = 0.2;                      // between head and what is printed; the nozzle's own bead excepted
+  double travel_clearance_mm = 5.0;               // above everything printed so far
 };
 
 enum class DuetLink { dio, telnet, stream };
@@ -112,19 +113,20 @@ struct Link {
   DuetLink kind = DuetLink::dio;
   std::string duet_ip = "192.168.4.2";
   int telnet_port = 23;
-  int robot_start_output = 0;     // DO0: level 1 at the start barrier, 0 at the end barrier
-  int robot_run_output = 1;       // DO1: high while the program runs
-  int robot_gate_output = 2;      // DO2: gates inside a path
+  int robot_start_output = 0;       // DO0: level 1 at the start barrier, 0 at the end barrier
+  int robot_run_output = 1;         // DO1: high while the program runs
+  int robot_gate_output = 2;        // DO2: gates inside a path
   int robot_acknowledge_input = 0;  // DI0
-  int duet_barrier_input = 0;     // GpIn numbers of the Duet (M577 P)
+  int duet_barrier_input = 0;       // GpIn numbers of the Duet (M577 P)
   int duet_run_input = 1;
   int duet_gate_input = 2;
   int duet_acknowledge_output = 0;  // GpOut number of the Duet (M42 P)
-  std::string duet_barrier_pin = "io1.in", duet_run_pin = "io2.in", duet_gate_pin = "io3.in", duet_acknowledge_pin = "out5";
+  std::string duet_barrier_pin = "io1.in", duet_run_pin = "io2.in", duet_gate_pin = "io3.in",
+              duet_acknowledge_pin = "out5";
   double timeout_s = 5.0;
   double tool_change_timeout_s = 120.0;
   double heating_timeout_s = 600.0;
-  double duet_lead_s = 0.0;       // the robot waits this long after an acknowledge
+  double duet_lead_s = 0.0;  // the robot waits this long after an acknowledge
   double gate_interval_s = 1.0;
   int gate_moves = 18;
 };
@@ -138,11 +140,11 @@ struct Filament {
   double flow = 1.0;                 // E over bead volume divided by filament area
   double retract_mm = 0.8;
   double retract_mm_s = 25.0;
-  double load_mm = 20.0;             // from the Y-junction to the nozzle
-  double unload_mm = 20.0;           // back to the Y-junction
+  double load_mm = 20.0;    // from the Y-junction to the nozzle
+  double unload_mm = 20.0;  // back to the Y-junction
   double load_mm_s = 1.0;
   double purge_mm = 6.0;
-  double fan = 0.5;                  // 0..1
+  double fan = 0.5;  // 0..1
   double pressure_advance_s = 0.05;
   double max_flow_mm3_s = 12.0;
 };

@@ -10,19 +10,19 @@
 
 namespace curvesup {
 
-// A pose that the nozzle tip passes while it prints. volume, speed and duration belong to the segment that ends here; the
-// first waypoint of a section has none. Waypoints of a section are at least Tolerances::min_segment_mm apart.
+// A pose that the nozzle tip passes while it prints. volume, speed and duration belong to the segment that ends here;
+// the first waypoint of a section has none. Waypoints of a section are at least Tolerances::min_segment_mm apart.
 struct Waypoint {
-  Vec3 tip_mm = Vec3::Zero();    // nozzle tip, platform frame, part placed (see Motion::part_offset_mm)
-  Vec3 axis = Vec3::UnitZ();     // nozzle axis away from the part, platform frame; the TCP's Z
-  Pose pose;                     // of the TCP in the base frame; rotation vectors are continuous along a section
-  Joints joints{};               // radians; forward kinematics of `joints` is `pose`
+  Vec3 tip_mm = Vec3::Zero();  // nozzle tip, platform frame, part placed (see Motion::part_offset_mm)
+  Vec3 axis = Vec3::UnitZ();   // nozzle axis away from the part, platform frame; the TCP's Z
+  Pose pose;                   // of the TCP in the base frame; rotation vectors are continuous along a section
+  Joints joints{};             // radians; forward kinematics of `joints` is `pose`
   double volume_mm3 = 0.0;
-  double speed_mm_s = 0.0;       // to program; above length / duration only when rotation_limited
-  double duration_s = 0.0;       // intended: length over the feed
-  double blend_mm = 0.0;         // 0: both machines stop here
-  bool rotation_limited = false; // speed_mm_s was raised so that the controller's rotation rule keeps duration_s
-  Index point = kNone;           // of Toolpaths::points when the waypoint lies on one, else kNone
+  double speed_mm_s = 0.0;        // to program; above length / duration only when rotation_limited
+  double duration_s = 0.0;        // intended: length over the feed
+  double blend_mm = 0.0;          // 0: both machines stop here
+  bool rotation_limited = false;  // speed_mm_s was raised so that the controller's rotation rule keeps duration_s
+  Index point = kNone;            // of Toolpaths::points when the waypoint lies on one, else kNone
 };
 
 enum class TravelKind : std::uint8_t { joint, linear };
@@ -36,12 +36,13 @@ struct Travel {
   Vec3 axis = Vec3::UnitZ();
   Pose pose;
   Joints joints{};
-  double speed_mm_s = 0.0;   // linear moves
-  double duration_s = 0.0;   // estimate
+  double speed_mm_s = 0.0;  // linear moves
+  double duration_s = 0.0;  // estimate
 };
 
 // One chain of printing moves: a whole path, or one section of a path that had to be cut (arm branch, program size).
-// Sections of a path follow each other, section s + 1 starts at the tip where section s ended; lay nothing between them.
+// Sections of a path follow each other, section s + 1 starts at the tip where section s ended; lay nothing between
+// them.
 //   travels   first_travel .. first_travel + travel_count - 1 lead from the end of the chain before (or from home) to
 //             the first waypoint; the last one ends exactly there. Retract before the first, un-retract after the last.
 //   material_change_before  one of the travels has step `purge`: change filament when it has ended. True too for the
@@ -57,9 +58,9 @@ struct PathMotion {
   bool material_change_before = false;
   double length_mm = 0.0;
   double volume_mm3 = 0.0;
-  double duration_s = 0.0;             // sum over the waypoints
-  double rotation_rad_per_m = 0.0;     // of the rotation vector, mean over the chain
-  double max_tilt_deviation_deg = 0.0; // nozzle axis against layer normal
+  double duration_s = 0.0;              // sum over the waypoints
+  double rotation_rad_per_m = 0.0;      // of the rotation vector, mean over the chain
+  double max_tilt_deviation_deg = 0.0;  // nozzle axis against layer normal
 };
 
 // Everything that the arm does, in order. After the last chain come the travels final_travel .. end (lift, home).
@@ -73,9 +74,9 @@ struct Motion {
 };
 
 struct MotionOptions {
-  int yaw_samples = 24;                // about the nozzle axis
-  double key_spacing_mm = 4.0;         // at most, between poses at which yaw and arm branch are chosen
-  bool avoid_collisions = true;        // tilt the nozzle within the allowed deviation where it would touch something
+  int yaw_samples = 24;          // about the nozzle axis
+  double key_spacing_mm = 4.0;   // at most, between poses at which yaw and arm branch are chosen
+  bool avoid_collisions = true;  // tilt the nozzle within the allowed deviation where it would touch something
 };
 
 // A waypoint that the arm cannot take, and why: the first one of each path is listed.
@@ -106,7 +107,7 @@ struct MotionReport {
   double max_tilt_deg = 0.0;  // nozzle axis against vertical
   double tilt_deviation_median_deg = 0.0, tilt_deviation_p95_deg = 0.0, tilt_deviation_max_deg = 0.0;
   std::size_t rotation_limited = 0;
-  std::size_t stops = 0;      // inside chains
+  std::size_t stops = 0;  // inside chains
   std::size_t unreachable_waypoints = 0;
   std::size_t colliding_waypoints = 0;
   std::size_t colliding_travels = 0;
