@@ -1,0 +1,196 @@
+// The report page: the numbers of the report with what they mean. Builds elements only; draws nothing.
+window.curvesupReport = (function () {
+  'use strict';
+
+  // What a check proves, for somebody who has not read the paper.
+  const kMeaning = {
+    'hull.model_clearance_mm': 'The region where support may grow keeps its distance from the part all around.',
+    'hull.low_z_mm': 'The support region reaches below the platform, so that the tree can end exactly on it.',
+    'domain.interface_faces_conform': 'Every face of the part is also a face of the support mesh: layers meet without a gap.',
+    'domain.hull_faces_kept': 'The mesher kept the outer surface of the support region as given.',
+    'domain.volume_rel_error': 'Volumes of part and support region add up to the whole.',
+    'domain.inverted_tets': 'No element of the support mesh is inside out.',
+    'extension.false_extrema': 'Layers of the support have no start or end in mid air.',
+    'extension.residual': 'The equations for the layers of the support were solved accurately.',
+    'layers.non_manifold_edges': 'Every layer is a clean sheet.',
+    'layers.border_gaps': 'Layers of part and support meet point for point.',
+    'layers.above_platform': 'Nothing lies below the platform.',
+    'skeleton.leaves_conserved': 'No branch of the tree vanishes: what starts under an overhang arrives at an end.',
+    'skeleton.edges_through_model': 'No branch runs through the part.',
+    'skeleton.edge_angle_deg': 'No branch leans more than the material can carry by itself.',
+    'skeleton.loose_nodes': 'Branches end on the platform or on the part, nowhere else.',
+    'skeleton.short_branches': 'Branches that end on the part are at least one layer long.',
+    'trim.area_conserved': 'Cutting the layers lost no area.',
+    'certificate.coverage': 'Share of the overhanging area with support, part or platform right below it, measured anew.',
+    'certificate.floating_pieces': 'No piece of support is printed in mid air.',
+    'certificate.edge_angle_deg': 'No branch leans too far, measured anew.',
+    'certificate.edges_through_model': 'No branch runs through the part, measured anew.',
+    'certificate.leaves_grounded': 'Every branch leads to an end.',
+    'certificate.branch_counts': 'Where branches join, their counts add up.',
+    'certificate.leaf_count_at_ends': 'The ends carry exactly as many branches as started.',
+    'certificate.ends': 'Ends lie on the platform or on an upward face of the part.',
+    'toolpath.pieces_without_path': 'Every piece of every layer that a bead can fill has a path.',
+    'toolpath.model_volume': 'Plastic laid for the part fills its layers.',
+    'toolpath.support_volume': 'Plastic laid for the support fills its layers.',
+    'toolpath.min_height_mm': 'No bead is thinner than the nozzle can lay.',
+    'toolpath.max_height_mm': 'No bead is thicker than the nozzle can lay.',
+    'motion.unreachable': 'The arm reaches every point of every path.',
+    'motion.collisions': 'Nozzle, head and arm touch nothing that is printed, and not the platform.',
+    'motion.forward_kinematics_m': 'The joint angles put the nozzle tip where it should be.',
+    'motion.forward_kinematics_rad': 'The joint angles turn the nozzle as it should be.',
+    'motion.branch_jumps': 'No joint swings suddenly while printing.',
+    'motion.joint_speed_ratio': 'No joint needs more than its allowed share of full speed.',
+    'motion.singularity_metric': 'The arm keeps away from poses in which it loses a direction.',
+    'motion.volume_error': 'Plastic per path is the same before and after planning the arm.',
+    'motion.near_waypoints': 'Waypoints are far enough apart for the controller.',
+    'motion.tilt_deviation_deg': 'The nozzle stays near the layer normal.',
+    'emit.volume': 'The programs lay the volume of the toolpaths.',
+    'emit.parts_over_cap': 'Every robot program is small enough for the controller.',
+    'emit.chunk_mismatch_s': 'Arm and extruder stay in step between two waits for each other.',
+    'emit.flow_ratio': 'The extruder never needs more flow than the filament allows.',
+  };
+  function meaning(name) { return kMeaning[name] || ''; }
+
+  const kSections = {
+    input: ['Input', 'The file that was sliced.'],
+    mesh: ['Mesh', 'The mesh as it came from its file.'],
+    model: ['Part', 'The part as a mesh of tetrahedra, placed on the platform.'],
+    field: ['Growth field', 'The number G that grows through the part in printing order; layers are its level surfaces.'],
+    overhang: ['Overhang', 'Surface that would sag without something below it.'],
+    domain: ['Support region', 'The space between part and platform in which support may grow.'],
+    extension: ['Layers outside the part', 'The growth field carried on into the support region.'],
+    layers: ['Layers', 'Curved layers of part and support; one number k for both.'],
+    skeleton: ['Tree', 'The support tree before it gets its thickness.'],
+    support: ['Support', 'What is printed to hold the overhang.'],
+    toolpath: ['Toolpaths', 'Lines that the nozzle follows while it lays plastic.'],
+    motion: ['Arm', 'How the robot arm moves.'],
+    print: ['Print', 'An estimate of the whole print.'],
+    robot: ['Robot', 'How the robot arm moves.'],
+  };
+  const kKeys = {
+    sha256: 'fingerprint of the file', vertices: 'points of the mesh', tets: 'tetrahedra', boundary_faces: 'triangles of the surface',
+    volume_mm3: 'volume', genus: 'holes that go through', components: 'separate bodies', cavities: 'closed voids',
+    flipped: 'G ran downwards and was turned over', grad_min: 'least gradient of G', grad_median: 'middle gradient of G', grad_max: 'largest gradient of G',
+    faces: 'triangles that overhang', area_mm2: 'overhanging area', points_added: 'branches started inside large faces',
+    dropped: 'places that got no branch, with the reason', support_tets: 'tetrahedra outside the part', interface_faces: 'triangles between part and support region',
+    volume_rel_error: 'volume that does not add up, relative', min_dihedral_deg: 'sharpest angle of a tetrahedron', max_dihedral_deg: 'bluntest angle of a tetrahedron',
+    min_quality: 'worst tetrahedron: 1 is regular, 0 is flat', usable: 'slice accepts this mesh',
+    model: 'of the part', support: 'of the support', support_printed: 'layers with printed support',
+    thickness_p1_mm: 'thinnest: 1 % of the area is thinner', thickness_p50_mm: 'middle thickness', thickness_p99_mm: 'thickest: 1 % of the area is thicker',
+    leaves: 'branch tips under the overhang', nodes: 'joints of the tree', edges: 'pieces of branches', platform_ends: 'feet on the platform', model_ends: 'feet on the part',
+    leaf_count_at_ends: 'branch tips counted at the feet', max_branch_count: 'most tips carried by one foot', max_edge_angle_deg: 'steepest lean of a branch', length_mm: 'length',
+    method: 'kind of support', untrimmed_volume_mm3: 'volume if the region were filled', covered_overhang_fraction: 'share of the overhang that is held',
+    unsupported_area_mm2: 'overhang without support', floating_pieces: 'pieces in mid air', paths: 'separate lines', layer_volume_mm3: 'volume of the layers that the beads fill',
+    pieces: 'connected regions of layers', pieces_without_path: 'regions without a line', waypoints: 'poses sent to the arm', parts: 'robot program files',
+    travel_mm: 'way without laying', max_tilt_deg: 'most that the nozzle leans', unreachable: 'points out of reach', collisions: 'contacts',
+    min_singularity_metric: 'nearest to a pose that loses a direction; larger is better', max_joint_speed_ratio: 'fastest joint, share of its limit',
+    time_s: 'time of the print', filament_mm: 'filament used', material_changes: 'changes between the two materials',
+  };
+  function unit(key, value, tools) {
+    if (key === 'time_s' && typeof value === 'number') return tools.clockText(value);
+    if (typeof value === 'boolean') return value ? 'yes' : 'no';
+    if (typeof value !== 'number') return typeof value === 'string' ? value : JSON.stringify(value);
+    if (/_fraction$/.test(key)) return `${(100 * value).toFixed(2)} %`;
+    const units = [['_mm3', 1000, 'cm³'], ['_mm2', 100, 'cm²'], ['length_mm', 1000, 'm'], ['travel_mm', 1000, 'm'], ['filament_mm', 1000, 'm'],
+      ['_mm', 1, 'mm'], ['_deg', 1, '°'], ['_s', 1, 's']];
+    for (const [end, divisor, name] of units) if (key.endsWith(end)) return `${tools.short(value / divisor)} ${name}`;
+    return Number.isInteger(value) ? value.toLocaleString('en') : tools.short(value);
+  }
+
+  function sectionTable(section, tools) {
+    const {el} = tools, table = el('table');
+    for (const [key, value] of Object.entries(section)) {
+      if (Array.isArray(value) && value.length > 6) {
+        table.append(el('tr', {}, el('td', {class: 'name'}, key), el('td', {class: 'number'}, `${value.length} entries`), el('td', {class: 'meaning'}, kKeys[key] || '')));
+        continue;
+      }
+      let text;
+      if (Array.isArray(value)) text = value.length ? value.map((v) => unit(key, v, tools)).join(', ') : 'none';
+      else if (value && typeof value === 'object') text = Object.entries(value).map(([k, v]) => `${k} ${unit(key, v, tools)}`).join(', ');
+      else text = unit(key, value, tools);
+      const long = text.length > 40;
+      table.append(el('tr', {}, el('td', {class: 'name'}, key), el('td', {class: long ? '' : 'number'}, text), el('td', {class: 'meaning'}, kKeys[key] || '')));
+    }
+    return table;
+  }
+
+  function tiles(report, tools) {
+    const {el} = tools, out = el('div', {class: 'tiles'});
+    const add = (label, value) => { if (value !== undefined && value !== null) out.append(el('div', {class: 'tile'}, el('b', {}, value), label)); };
+    const get = (section, key) => (report[section] || {})[key];
+    const with_ = (value, f) => (value === undefined || value === null ? null : f(value));
+    add('time of the print', with_(get('print', 'time_s'), tools.clockText));
+    add('volume of the part', with_(get('model', 'volume_mm3'), (v) => `${tools.short(v / 1000)} cm³`));
+    add('volume of the support', with_(get('support', 'volume_mm3'), (v) => `${tools.short(v / 1000)} cm³`));
+    add('of the overhang is held', with_(get('support', 'covered_overhang_fraction'), (v) => `${(100 * v).toFixed(2)} %`));
+    add('layers of the part', with_(get('layers', 'model'), String));
+    add('layers of the support', with_(get('layers', 'support_printed'), String));
+    const filament = get('print', 'filament_mm');
+    if (filament && filament.model !== undefined) add('filament, part and support', `${tools.short(filament.model / 1000)} + ${tools.short(filament.support / 1000)} m`);
+    add('material changes', with_(get('print', 'material_changes'), String));
+    add('most that the nozzle leans', with_(get('motion', 'max_tilt_deg'), (v) => `${tools.short(v)}°`));
+    return out.childElementCount ? out : null;
+  }
+
+  function checkTable(scene, tools) {
+    const {el, short} = tools, table = el('table', {class: 'checks'});
+    table.append(el('tr', {}, ...['', 'check', 'value', 'limit', 'what it means'].map((h) => el('th', {}, h))));
+    const ordered = [...scene.checks].sort((a, b) => Number(a.ok) - Number(b.ok));
+    for (const check of ordered) {
+      const text = scene.inspect ? check.detail : meaning(check.name) || check.detail;
+      const extra = !scene.inspect && meaning(check.name) && check.detail ? el('details', {}, el('summary', {}, 'how'), check.detail) : null;
+      table.append(el('tr', {},
+        el('td', {}, el('span', {class: 'pill ' + (check.ok ? 'good-back' : 'bad-back')}, scene.inspect ? check.severity : check.ok ? 'passed' : 'failed')),
+        el('td', {class: 'name'}, check.name), el('td', {class: 'number'}, short(check.value)), el('td', {class: 'number'}, short(check.limit)),
+        el('td', {class: 'meaning'}, text, extra)));
+    }
+    return table;
+  }
+
+  function bytesText(n) {
+    return n >= 1e6 ? `${(n / 1e6).toFixed(1)} MB` : n >= 1e3 ? `${(n / 1e3).toFixed(1)} kB` : `${n} B`;
+  }
+
+  function build(root, scene, tools) {
+    const {el} = tools, report = scene.report || {};
+    const head = (text) => root.append(el('h2', {}, text));
+    const top = tiles(report, tools);
+    if (top) { head('In short'); root.append(top); }
+    if (scene.checks && scene.checks.length) {
+      const failed = scene.checks.filter((c) => !c.ok).length;
+      head(scene.inspect ? 'Problems of this mesh' : failed ? `Checks: ${failed} of ${scene.checks.length} failed` : `Checks: all ${scene.checks.length} passed`);
+      root.append(checkTable(scene, tools));
+    }
+    if (scene.plots && scene.plots.length) {
+      head('Plots');
+      for (const plot of scene.plots) {
+        root.append(el('figure', {}, el('img', {src: 'data:image/png;base64,' + plot.png, alt: plot.title}), el('figcaption', {class: 'hint'}, plot.caption)));
+      }
+    }
+    for (const [name, section] of Object.entries(report)) {
+      if (!section || typeof section !== 'object' || Array.isArray(section) || name === 'program') continue;
+      const [title, sentence] = kSections[name] || [name, ''];
+      head(title);
+      if (sentence) root.append(el('p', {class: 'hint'}, sentence));
+      root.append(sectionTable(section, tools));
+    }
+    if (scene.files && scene.files.length) {
+      head('Files');
+      const table = el('table');
+      const shown = scene.files.length > 200 ? scene.files.slice(0, 200) : scene.files;
+      for (const file of shown) {
+        table.append(el('tr', {}, el('td', {class: 'name'}, file.path), el('td', {class: 'number'}, bytesText(file.bytes)), el('td', {class: 'meaning'}, file.what)));
+      }
+      root.append(table);
+      if (shown.length < scene.files.length) root.append(el('p', {class: 'hint'}, `and ${scene.files.length - shown.length} more`));
+    }
+    if (scene.config) {
+      head('Configuration');
+      root.append(el('p', {class: 'hint'}, 'Every key with the value that was used.'),
+        el('details', {}, el('summary', {}, 'show'), el('pre', {}, JSON.stringify(scene.config, null, 2))));
+    }
+    if (report.program) root.append(el('p', {class: 'hint'}, `${report.program.name} ${report.program.version}`));
+  }
+
+  return {build, meaning};
+})();

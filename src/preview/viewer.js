@@ -1,0 +1,958 @@
+// The page's script. `scene` says what there is, `data` holds the numbers; nothing is fetched.
+(function () {
+  'use strict';
+
+  // ---------------------------------------------------------------- data
+  const scene = JSON.parse(document.getElementById('scene').textContent);
+
+  function decode(text) {
+    const binary = atob(text), bytes = new Uint8Array(binary.length);
+    for (let i = 0; i < bytes.length; ++i) bytes[i] = binary.charCodeAt(i);
+    return bytes.buffer;
+  }
+  const dataElement = document.getElementById('data');
+  const raw = decode(dataElement.textContent);
+  dataElement.remove();
+
+  const kTypes = {Uint8Array, Int8Array, Uint16Array, Uint32Array, Float32Array};
+  function buffer(name) {
+    const b = scene.buffers[name];
+    return b ? new kTypes[b.type](raw, b.offset, b.count) : null;
+  }
+  function present(name) { return !!scene.buffers[name] && scene.buffers[name].count > 0; }
+
+  const box = scene.box;
+  const low = new THREE.Vector3().fromArray(box.low), high = new THREE.Vector3().fromArray(box.high);
+  const size = new THREE.Vector3().subVectors(high, low);
+  const diagonal = Math.max(size.length(), 1);
+
+  // ---------------------------------------------------------------- page helpers
+  function $(id) { return document.getElementById(id); }
+  function el(tag, attributes, ...children) {
+    const node = document.createElement(tag);
+    for (const [key, value] of Object.entries(attributes || {})) {
+      if (key.startsWith('on')) node.addEventListener(key.slice(2), value);
+      else if (value === true) node.setAttribute(key, '');
+      else if (value !== false && value !== null) node.setAttribute(key, value);
+    }
+    node.append(...children.filter((c) => c !== null && c !== undefined));
+    return node;
+  }
+  function clockText(seconds) {
+    const s = Math.round(seconds), h = Math.floor(s / 3600), m = Math.floor(s / 60) % 60;
+    const two = (n) => String(n).padStart(2, '0');
+    return h > 0 ? `${h} h ${two(m)} min` : m > 0 ? `${m} min ${two(s % 60)} s` : `${s} s`;
+  }
+  function short(value) {
+    if (!Number.isFinite(value)) return String(value);
+    return value === 0 ? '0' : Math.abs(value) >= 1000 ? value.toFixed(0) : String(parseFloat(value.toPrecision(3)));
+  }
+
+  // ---------------------------------------------------------------- colours
+  const kModel = '#8fa9c9', kSupport = '#e9a13b', kOverhang = '#d33f33', kMark = '#c2179b', kTravel = '#7a8694';
+  const kMap = [[0.27, 0.05, 0.40], [0.24, 0.34, 0.62], [0.13, 0.57, 0.55], [0.48, 0.80, 0.32], [0.99, 0.86, 0.14]];
+  function rgb(hex) { return new THREE.Color(hex); }
+  function mapColour(f) {
+    const x = Math.min(Math.max(f, 0), 1) * 4, i = Math.min(Math.floor(x), 3), t = x - i;
+    return kMap[i].map((c, k) => c + t * (kMap[i + 1][k] - c));
+  }
+
+  // ---------------------------------------------------------------- state
+  const paths = scene.paths || null;
+  const layerMax = {low: 0, high: 0};
+  const state = {
+    preset: 'part',
+    show: {model: true, overhang: true, model_layers: false, support_layers: false, model_paths: false, support_paths: false,
+      travel: false, skeleton: false, struts: false, marks: true, platform: true},
+    layer: 0, only: false, time: paths ? paths.end_s : 0, playing: false, colour: 'material',
+    axis: 'off', cut: 0.5, flip: false, quality: 0,
+  };
+
+  // ---------------------------------------------------------------- renderer and shaders
+  const canvas = $('canvas');
+  let renderer;
+  try {
+    renderer = new THREE.WebGLRenderer({canvas, antialias: true});
+  } catch (error) {
+    $('note').textContent = 'This browser offers no WebGL, so the part cannot be drawn. The report works.';
+  }
+  const world = new THREE.Scene();
+  world.background = new THREE.Color('#f6f8fb');
+  const camera = new THREE.PerspectiveCamera(35, 1, diagonal / 500, diagonal * 30);
+  camera.up.set(0, 0, 1);
+
+  const uniforms = {
+    uLow: {value: low}, uSize: {value: size}, uPlane: {value: new THREE.Vector4(0, 0, 0, 1)},
+    uTime: {value: 1e30}, uLayers: {value: new THREE.Vector2(-1, 1e9)}, uMaterials: {value: new THREE.Vector2(1, 1)},
+    uMode: {value: 0}, uMaxima: {value: paths ? new THREE.Vector4(paths.max_height_mm, paths.max_width_mm, paths.max_feed_mm_s,
+      Math.max(paths.end_s, 1e-9)) : new THREE.Vector4(1, 1, 1, 1)},
+    uRange: {value: new THREE.Vector2(0, 1)},
+    uMap: {value: kMap.map((c) => new THREE.Vector3(...c))},
+    uModelColour: {value: rgb(kModel)}, uSupportColour: {value: rgb(kSupport)},
+  };
+  const kVertexCommon = `
+    precision highp float;
+    uniform mat4 modelViewMatrix, projectionMatrix;
+    uniform vec3 uLow, uSize;
+    varying vec3 vPoint, vView;
+    void place(vec3 p) {
+      vPoint = p;
+      vec4 view = modelViewMatrix * vec4(p, 1.0);
+      vView = view.xyz;
+      gl_Position = projectionMatrix * view;
+    }
+    void nowhere() { vPoint = vec3(0.0); vView = vec3(0.0); gl_Position = vec4(2.0, 2.0, 2.0, 1.0); }`;
+  const kFragmentCommon = `
+    precision highp float;
+    uniform vec4 uPlane;
+    varying vec3 vPoint, vView;
+    void section() { if (dot(uPlane.xyz, vPoint) > uPlane.w) discard; }
+    float lamp(vec3 n) { return 0.42 + 0.40 * abs(dot(n, normalize(vec3(0.25, 0.45, 0.85)))) + 0.22 * max(dot(n, normalize(vec3(-0.6, 0.7, 0.3))), 0.0); }`;
+  // Colour of a bead from its numbers; bytes = height, width, feed (fractions of their maxima), kind.
+  const kBeadColour = `
+    uniform float uTime, uMode;
+    uniform vec2 uLayers, uMaterials, uRange;
+    uniform vec4 uMaxima;
+    uniform vec3 uMap[5], uModelColour, uSupportColour;
+    vec3 mapped(float f) {
+      float x = clamp(f, 0.0, 1.0) * 4.0;
+      vec3 c = mix(uMap[0], uMap[1], clamp(x, 0.0, 1.0));
+      c = mix(c, uMap[2], clamp(x - 1.0, 0.0, 1.0));
+      c = mix(c, uMap[3], clamp(x - 2.0, 0.0, 1.0));
+      return mix(c, uMap[4], clamp(x - 3.0, 0.0, 1.0));
+    }
+    vec3 direction(vec2 o) {
+      vec3 n = vec3(o, 1.0 - abs(o.x) - abs(o.y));
+      if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
+      return normalize(n);
+    }
+    bool is_support(float kind) { return mod(floor(kind * 255.0 + 0.5), 2.0) > 0.5; }
+    vec3 bead_colour(vec4 bytes, vec3 axis, float time) {
+      float span = max(uRange.y - uRange.x, 1e-9);
+      if (uMode < 0.5) return is_support(bytes.w) ? uSupportColour : uModelColour;
+      if (uMode < 1.5) return mapped((bytes.x * uMaxima.x - uRange.x) / span);
+      if (uMode < 2.5) return mapped((degrees(acos(clamp(axis.z, -1.0, 1.0))) - uRange.x) / span);
+      if (uMode < 3.5) return mapped((bytes.z * uMaxima.z - uRange.x) / span);
+      return mapped(time / uMaxima.w);
+    }
+    bool hidden(float layer, float kind, float time) {
+      return layer < uLayers.x - 0.5 || layer > uLayers.y + 0.5 || time > uTime ||
+             (is_support(kind) ? uMaterials.y : uMaterials.x) < 0.5;
+    }`;
+
+  function material(vertex, fragment, extra) {
+    const options = Object.assign({side: THREE.DoubleSide}, extra || {});
+    const own = options.uniforms || {};
+    delete options.uniforms;
+    const made = new THREE.RawShaderMaterial(Object.assign({
+      vertexShader: kVertexCommon + vertex, fragmentShader: kFragmentCommon + fragment,
+      uniforms: Object.assign({}, uniforms, own)}, options));
+    made.extensions.derivatives = true;
+    return made;
+  }
+  function add(object) {
+    object.frustumCulled = false;
+    world.add(object);
+    return object;
+  }
+
+  // Flat surfaces of one colour; the far side is darker, so that a section shows what is inside.
+  function surfaceMaterial(colour, extra) {
+    return material(
+      'attribute vec3 position; uniform float uShift; void main() { place(uLow + uSize * position); gl_Position.z -= uShift * gl_Position.w; }',
+      `uniform vec3 uColour; uniform float uOpacity;
+       void main() {
+         section();
+         vec3 n = normalize(cross(dFdx(vView), dFdy(vView)));
+         gl_FragColor = vec4(uColour * lamp(n) * (gl_FrontFacing ? 1.0 : 0.72), uOpacity);
+       }`,
+      Object.assign({uniforms: {uColour: {value: rgb(colour)}, uOpacity: {value: 1}, uShift: {value: (extra && extra.shift) || 0}}},
+        extra && extra.side !== undefined ? {side: extra.side} : {}));
+  }
+  function positions(array) { return new THREE.BufferAttribute(array, 3, true); }
+
+  const parts = {};
+
+  // ---------------------------------------------------------------- model and overhang
+  function indexed(vertices, index, mat) {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', positions(vertices));
+    geometry.setIndex(new THREE.BufferAttribute(index, 1));
+    return add(new THREE.Mesh(geometry, mat));
+  }
+  if (present('model_faces')) {
+    const vertices = buffer('model_vertices'), faces = buffer('model_faces');
+    parts.model = indexed(vertices, faces, surfaceMaterial(kModel));
+    const chosen = buffer('overhang_faces'), index = new Uint32Array(3 * chosen.length);
+    chosen.forEach((f, i) => { for (let k = 0; k < 3; ++k) index[3 * i + k] = faces[3 * f + k]; });
+    if (chosen.length) parts.overhang = indexed(vertices, index, surfaceMaterial(kOverhang, {shift: 2e-4}));
+  }
+  if (present('bad_triangles')) {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', positions(buffer('bad_triangles')));
+    parts.bad = add(new THREE.Mesh(geometry, surfaceMaterial(kOverhang, {shift: 4e-4})));
+  }
+  function lineMaterial(colour, extra) {
+    return material('attribute vec3 position; void main() { place(uLow + uSize * position); gl_Position.z -= 2e-4 * gl_Position.w; }',
+      'uniform vec3 uColour; void main() { section(); gl_FragColor = vec4(uColour, 1.0); }',
+      Object.assign({uniforms: {uColour: {value: rgb(colour)}}}, extra || {}));
+  }
+  if (present('bad_lines')) {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', positions(buffer('bad_lines')));
+    parts.bad_lines = add(new THREE.LineSegments(geometry, lineMaterial(kOverhang, {depthTest: false})));
+  }
+
+  // ---------------------------------------------------------------- layers
+  // Line index over chains of the given lengths, keeping every `stride`-th point and the ends.
+  function chainIndex(counts, stride) {
+    const index = [];
+    let first = 0;
+    for (const count of counts) {
+      for (let i = 0; i + 1 < count; i += stride) index.push(first + i, first + Math.min(i + stride, count - 1));
+      first += count;
+    }
+    return new Uint32Array(index);
+  }
+  function makeLayers(name, colour, dark) {
+    if (!scene.buffers[name + '_triangles']) return null;
+    const sheetLayer = buffer(name + '_sheet_layer'), triangles = buffer(name + '_sheet_triangles');
+    const chains = buffer(name + '_sheet_chains'), counts = buffer(name + '_outline_counts');
+    if (!sheetLayer.length) return null;
+    const fill = indexed(buffer(name + '_vertices'), buffer(name + '_triangles'), surfaceMaterial(colour));
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', positions(buffer(name + '_outline')));
+    geometry.setIndex(new THREE.BufferAttribute(chainIndex(counts, 1), 1));
+    const lines = add(new THREE.LineSegments(geometry, lineMaterial(dark)));
+    // Where each sheet ends in both indices.
+    const triangleEnd = [0], lineEnd = [0];
+    let chain = 0;
+    for (let s = 0; s < sheetLayer.length; ++s) {
+      triangleEnd.push(triangleEnd[s] + 3 * triangles[s]);
+      let length = 0;
+      for (let c = 0; c < chains[s]; ++c, ++chain) length += 2 * Math.max(counts[chain] - 1, 0);
+      lineEnd.push(lineEnd[s] + length);
+    }
+    layerMax.low = Math.min(layerMax.low, sheetLayer[0]);
+    layerMax.high = Math.max(layerMax.high, sheetLayer[sheetLayer.length - 1]);
+    return {
+      fill, lines,
+      range(from, to) {
+        let a = 0, b = sheetLayer.length;
+        while (a < b && sheetLayer[a] < from) ++a;
+        while (b > a && sheetLayer[b - 1] > to) --b;
+        fill.geometry.setDrawRange(triangleEnd[a], triangleEnd[b] - triangleEnd[a]);
+        lines.geometry.setDrawRange(lineEnd[a], lineEnd[b] - lineEnd[a]);
+      },
+    };
+  }
+  const layers = {model: makeLayers('model_layers', kModel, '#5b7391'), support: makeLayers('support_layers', kSupport, '#8e5a0c')};
+
+  // ---------------------------------------------------------------- skeleton
+  function makeSkeleton() {
+    if (!present('edge_radius')) return null;
+    const ends = buffer('edge_ends'), radius = buffer('edge_radius'), branches = buffer('edge_branches');
+    const most = branches.reduce((a, b) => Math.max(a, b), 1);
+    const values = new Float32Array(2 * radius.length);
+    for (let i = 0; i < radius.length; ++i) {
+      values[2 * i] = radius[i];
+      values[2 * i + 1] = most > 1 ? Math.log(branches[i]) / Math.log(most) : 0;
+    }
+    const sides = 8, corners = [], index = [];
+    for (let s = 0; s < sides; ++s) {
+      const a = 2 * Math.PI * s / sides;
+      corners.push(Math.cos(a), Math.sin(a), 0, Math.cos(a), Math.sin(a), 1);
+      const i = 2 * s, j = 2 * ((s + 1) % sides);
+      index.push(i, j, i + 1, j, j + 1, i + 1);
+    }
+    const tube = (colour, scale, least) => {
+      const geometry = new THREE.InstancedBufferGeometry();
+      geometry.setAttribute('corner', new THREE.BufferAttribute(new Float32Array(corners), 3));
+      geometry.setIndex(new THREE.BufferAttribute(new Uint16Array(index), 1));
+      const both = new THREE.InstancedInterleavedBuffer(ends, 6, 1);
+      geometry.setAttribute('upper', new THREE.InterleavedBufferAttribute(both, 3, 0, true));
+      geometry.setAttribute('lower', new THREE.InterleavedBufferAttribute(both, 3, 3, true));
+      geometry.setAttribute('value', new THREE.InstancedBufferAttribute(values, 2));
+      geometry.maxInstancedCount = radius.length;
+      return add(new THREE.Mesh(geometry, material(
+        `attribute vec3 corner, upper, lower; attribute vec2 value;
+         uniform float uScale, uLeast, uByCount;
+         ${kBeadColour}
+         varying vec3 vColour, vNormal;
+         void main() {
+           vec3 a = uLow + uSize * upper, b = uLow + uSize * lower, along = b - a;
+           along = length(along) > 0.0 ? normalize(along) : vec3(0.0, 0.0, 1.0);
+           vec3 u = normalize(abs(along.z) < 0.9 ? cross(along, vec3(0.0, 0.0, 1.0)) : cross(along, vec3(1.0, 0.0, 0.0)));
+           vec3 out_ = corner.x * u + corner.y * cross(along, u);
+           vColour = uByCount > 0.5 ? mapped(value.y) : uSupportColour;
+           vNormal = mat3(modelViewMatrix[0].xyz, modelViewMatrix[1].xyz, modelViewMatrix[2].xyz) * out_;
+           place(mix(a, b, corner.z) + out_ * max(value.x * uScale, uLeast));
+         }`,
+        'varying vec3 vColour, vNormal; void main() { section(); gl_FragColor = vec4(vColour * lamp(normalize(vNormal)), 1.0); }',
+        {uniforms: {uScale: {value: scale}, uLeast: {value: least}, uByCount: {value: colour}}})));
+    };
+    return {most, thin: tube(1, 0.3, diagonal / 900), full: tube(0, 1, 0)};
+  }
+  const skeleton = makeSkeleton();
+
+  // ---------------------------------------------------------------- toolpaths
+  function makePaths() {
+    if (!present('path_positions')) return null;
+    const position = buffer('path_positions'), axis = buffer('path_axes'), counts = buffer('path_counts');
+    const heights = buffer('path_heights'), widths = buffer('path_widths'), feeds = buffer('path_feeds');
+    const kinds = buffer('path_kinds'), layer = buffer('path_layers'), times = buffer('path_times');
+    const count = heights.length;
+    const where = new Uint16Array(4 * count), bytes = new Uint8Array(4 * count), turned = new Int8Array(4 * count);
+    const time = new Float32Array(count), first = new Uint32Array(counts.length + 1);
+    const at = (i, k) => low.getComponent(k) + size.getComponent(k) * position[3 * i + k] / 65535;
+    const distance = (i, j) => Math.hypot(at(i, 0) - at(j, 0), at(i, 1) - at(j, 1), at(i, 2) - at(j, 2));
+    let most = 0, leastHeight = 255, mostTilt = 0, leastFeed = 255;
+    for (let p = 0; p < counts.length; ++p) {
+      first[p + 1] = first[p] + counts[p];
+      let length = 0;
+      for (let i = first[p]; i < first[p + 1]; ++i) {
+        where.set(position.subarray(3 * i, 3 * i + 3), 4 * i);
+        where[4 * i + 3] = layer[p];
+        bytes[4 * i] = heights[i]; bytes[4 * i + 1] = widths[i]; bytes[4 * i + 2] = feeds[i]; bytes[4 * i + 3] = kinds[p];
+        turned[4 * i] = axis[2 * i]; turned[4 * i + 1] = axis[2 * i + 1];
+        turned[4 * i + 2] = i === first[p] ? 127 : 0;
+        if (i > first[p]) length += distance(i, i - 1);
+        time[i] = length;
+        leastHeight = Math.min(leastHeight, heights[i]);
+        leastFeed = Math.min(leastFeed, i > first[p] ? feeds[i] : 255);
+        mostTilt = Math.max(mostTilt, Math.acos(Math.min(Math.max(directionOf(axis, i).z, -1), 1)));
+      }
+      const begin = times[2 * p], end = times[2 * p + 1];
+      for (let i = first[p]; i < first[p + 1]; ++i) time[i] = begin + (length > 0 ? time[i] / length : 0) * (end - begin);
+      most = Math.max(most, layer[p]);
+    }
+    layerMax.high = Math.max(layerMax.high, most);
+
+    // One bead segment: a roof over five points, from one path point to the next.
+    const profile = [[-1, -1], [-0.85, 0.45], [0, 1], [0.85, 0.45], [1, -1]], corners = [], index = [];
+    for (const e of [0, 1]) for (const [x, y] of profile) corners.push(x, y, e);
+    for (let k = 0; k < 4; ++k) index.push(k, k + 1, k + 5, k + 1, k + 6, k + 5);
+    const geometry = new THREE.InstancedBufferGeometry();
+    geometry.setAttribute('corner', new THREE.BufferAttribute(new Float32Array(corners), 3));
+    geometry.setIndex(new THREE.BufferAttribute(new Uint16Array(index), 1));
+    const pair = (name, array, stride, items, normalized) => {
+      const shared = new THREE.InstancedInterleavedBuffer(array, stride, 1);
+      geometry.setAttribute(name + '0', new THREE.InterleavedBufferAttribute(shared, items, 0, normalized));
+      geometry.setAttribute(name + '1', new THREE.InterleavedBufferAttribute(shared, items, stride, normalized));
+    };
+    pair('where', where, 4, 4, true);
+    pair('bytes', bytes, 4, 4, true);
+    pair('turned', turned, 4, 3, true);
+    pair('time', time, 1, 1, false);
+    geometry.maxInstancedCount = Math.max(count - 1, 0);
+    const beads = add(new THREE.Mesh(geometry, material(
+      `attribute vec3 corner; attribute vec4 where0, where1, bytes0, bytes1; attribute vec3 turned0, turned1;
+       attribute float time0, time1;
+       ${kBeadColour}
+       varying vec3 vColour, vNormal;
+       void main() {
+         vColour = vec3(0.0); vNormal = vec3(0.0, 0.0, 1.0);
+         if (turned1.z > 0.5 || hidden(where1.w * 65535.0, bytes1.w, time0)) { nowhere(); return; }
+         vec3 a = uLow + uSize * where0.xyz, b = uLow + uSize * where1.xyz;
+         if (time1 > uTime) b = mix(a, b, (uTime - time0) / max(time1 - time0, 1e-9));
+         vec3 axis = direction(corner.z < 0.5 ? turned0.xy : turned1.xy), along = b - a;
+         along = length(along) > 0.0 ? normalize(along) : vec3(1.0, 0.0, 0.0);
+         vec3 side = normalize(cross(along, axis) + vec3(1e-6, 0.0, 0.0));
+         vec4 here = corner.z < 0.5 ? bytes0 : bytes1;
+         vec3 away = side * corner.x + axis * (corner.y * 0.5 + 0.5);
+         vColour = bead_colour(bytes1, direction(turned1.xy), time1);
+         vNormal = mat3(modelViewMatrix[0].xyz, modelViewMatrix[1].xyz, modelViewMatrix[2].xyz) * away;
+         place(mix(a, b, corner.z) + 0.5 * side * corner.x * here.y * uMaxima.y + 0.5 * axis * corner.y * here.x * uMaxima.x);
+       }`,
+      'varying vec3 vColour, vNormal; void main() { section(); gl_FragColor = vec4(vColour * lamp(normalize(vNormal)), 1.0); }')));
+
+    // The same as thin lines, for machines that cannot draw beads fast enough.
+    const shared = new THREE.BufferGeometry();
+    const lineAttributes = {where: [where, 4, true], bytes: [bytes, 4, true], turned: [turned, 4, true], time: [time, 1, false]};
+    for (const [name, [array, items, normalized]] of Object.entries(lineAttributes)) {
+      shared.setAttribute(name, new THREE.BufferAttribute(array, items, normalized));
+    }
+    const lineShader = material(
+      `attribute vec4 where, bytes, turned; attribute float time;
+       ${kBeadColour}
+       varying vec3 vColour;
+       void main() {
+         vColour = vec3(0.0);
+         if (hidden(where.w * 65535.0, bytes.w, time)) { nowhere(); return; }
+         vec3 axis = direction(turned.xy);
+         vColour = bead_colour(bytes, axis, time) * (0.62 + 0.38 * abs(axis.z));
+         place(uLow + uSize * where.xyz);
+       }`,
+      'varying vec3 vColour; void main() { section(); gl_FragColor = vec4(vColour, 1.0); }');
+    const lines = [1, 4, 16].map((stride) => {
+      const lod = new THREE.BufferGeometry();
+      for (const name of Object.keys(lineAttributes)) lod.setAttribute(name, shared.attributes[name]);
+      lod.setIndex(new THREE.BufferAttribute(chainIndex(counts, stride), 1));
+      return add(new THREE.LineSegments(lod, lineShader));
+    });
+    return {beads, lines, counts, first, times, time, kinds, layer, at, axis, count,
+      ranges: {height: [leastHeight / 255 * paths.max_height_mm, paths.max_height_mm], tilt: [0, mostTilt * 180 / Math.PI],
+        speed: [leastFeed / 255 * paths.max_feed_mm_s, paths.max_feed_mm_s], order: [0, paths.end_s]}};
+  }
+  function directionOf(axes, i) {
+    let x = axes[2 * i] / 127, y = axes[2 * i + 1] / 127;
+    const z = 1 - Math.abs(x) - Math.abs(y);
+    if (z < 0) {
+      const fx = (1 - Math.abs(y)) * (x < 0 ? -1 : 1);
+      y = (1 - Math.abs(x)) * (y < 0 ? -1 : 1);
+      x = fx;
+    }
+    return new THREE.Vector3(x, y, z).normalize();
+  }
+  const toolpaths = makePaths();
+
+  function makeTravels() {
+    if (!present('travel_points')) return null;
+    const source = buffer('travel_points'), counts = buffer('travel_counts'), times = buffer('travel_times');
+    const a = new THREE.Vector3().fromArray(scene.travel_box.low);
+    const s = new THREE.Vector3().fromArray(scene.travel_box.high).sub(a);
+    const points = new Float32Array(source.length), time = new Float32Array(source.length / 3), first = [0];
+    source.forEach((v, i) => { points[i] = a.getComponent(i % 3) + s.getComponent(i % 3) * v / 65535; });
+    for (let t = 0, i = 0; t < counts.length; ++t) {
+      for (let k = 0; k < counts[t]; ++k, ++i) time[i] = times[2 * t];
+      first.push(i);
+    }
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(points, 3));
+    geometry.setAttribute('time', new THREE.BufferAttribute(time, 1));
+    geometry.setIndex(new THREE.BufferAttribute(chainIndex(counts, 1), 1));
+    const lines = add(new THREE.LineSegments(geometry, material(
+      'attribute vec3 position; attribute float time; uniform float uTime; void main() { if (time > uTime) nowhere(); else place(position); }',
+      'uniform vec3 uColour; void main() { section(); gl_FragColor = vec4(uColour, 1.0); }', {uniforms: {uColour: {value: rgb(kTravel)}}})));
+    return {lines, points, times, counts, first};
+  }
+  const travels = makeTravels();
+
+  // ---------------------------------------------------------------- nozzle
+  function makeNozzle() {
+    if (!toolpaths) return null;
+    const length = Math.min(scene.nozzle.length_mm, 0.35 * diagonal);
+    const geometry = new THREE.ConeBufferGeometry(length * Math.tan(scene.nozzle.half_angle_rad), length, 24, 1, false);
+    geometry.rotateX(-Math.PI / 2);
+    geometry.translate(0, 0, length / 2);
+    const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({color: 0x3b4652, transparent: true, opacity: 0.55}));
+    const group = new THREE.Group();
+    group.add(mesh, new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 40), new THREE.LineBasicMaterial({color: 0x20262d})));
+    world.add(group);
+    return group;
+  }
+  const nozzle = makeNozzle();
+
+  // Last entry of an ascending list (every `step`-th number) that is not above `value`.
+  function lastAtMost(list, step, value) {
+    let a = 0, b = list.length / step;
+    while (a < b) {
+      const middle = (a + b) >> 1;
+      if (list[step * middle] <= value) a = middle + 1; else b = middle;
+    }
+    return a - 1;
+  }
+  // Where the nozzle is at state.time, and what it does there.
+  function placeNozzle() {
+    const path = Math.max(lastAtMost(toolpaths.times, 2, state.time), 0);
+    const axis = new THREE.Vector3(0, 0, 1), position = new THREE.Vector3();
+    const travel = travels ? lastAtMost(travels.times, 2, state.time) : -1;
+    const moving = travel >= 0 && state.time < travels.times[2 * travel + 1] && travels.times[2 * travel] >= toolpaths.times[2 * path + 1] - 1e-3;
+    let i = toolpaths.first[path];
+    const end = toolpaths.first[path + 1] - 1;
+    while (i < end && toolpaths.time[i + 1] <= state.time) ++i;
+    if (end >= i) axis.copy(directionOf(toolpaths.axis, i));
+    if (moving) {
+      const [begin, finish] = [travels.times[2 * travel], travels.times[2 * travel + 1]];
+      const f = (state.time - begin) / Math.max(finish - begin, 1e-9) * (travels.counts[travel] - 1);
+      const k = travels.first[travel] + Math.min(Math.floor(f), travels.counts[travel] - 2), t = f - Math.floor(f);
+      position.fromArray(travels.points, 3 * k).lerp(new THREE.Vector3().fromArray(travels.points, 3 * k + 3), t);
+    } else if (end >= i) {
+      const j = Math.min(i + 1, end), step = toolpaths.time[j] - toolpaths.time[i];
+      const t = step > 0 ? Math.min((state.time - toolpaths.time[i]) / step, 1) : 0;
+      for (let k = 0; k < 3; ++k) position.setComponent(k, toolpaths.at(i, k) * (1 - t) + toolpaths.at(j, k) * t);
+    }
+    nozzle.position.copy(position);
+    nozzle.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
+    const material = toolpaths.kinds[path] & 1 ? 'support' : 'model';
+    const tilt = Math.acos(Math.min(Math.max(axis.z, -1), 1)) * 180 / Math.PI;
+    return `${clockText(state.time)} of ${clockText(paths.end_s)} · ${moving ? 'travel' : material} · layer ${toolpaths.layer[path]} · ` +
+      `path ${path + 1} of ${toolpaths.counts.length} · tilt ${tilt.toFixed(0)}°`;
+  }
+
+  // ---------------------------------------------------------------- platform and marks
+  function makePlatform() {
+    const step = diagonal > 700 ? 50 : 10, points = [];
+    const a = [0, 1].map((k) => Math.floor((box.low[k] - step) / step) * step);
+    const b = [0, 1].map((k) => Math.ceil((box.high[k] + step) / step) * step);
+    for (let x = a[0]; x <= b[0] + 1e-6; x += step) points.push(x, a[1], 0, x, b[1], 0);
+    for (let y = a[1]; y <= b[1] + 1e-6; y += step) points.push(a[0], y, 0, b[0], y, 0);
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(points), 3));
+    world.add(parts.platform = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({color: 0xc9d1da})));
+    return step;
+  }
+  const gridStep = makePlatform();
+
+  const checks = scene.checks || [];
+  function makeMarks() {
+    const points = [];
+    for (const check of checks) if (!check.ok || scene.inspect) for (const place of check.places) points.push(...place.at);
+    if (!points.length) return;
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(points), 3));
+    parts.marks = add(new THREE.Points(geometry, material(
+      'attribute vec3 position; uniform float uPoint; void main() { place(position); gl_PointSize = uPoint; }',
+      `uniform vec3 uColour;
+       void main() {
+         float r = length(gl_PointCoord - 0.5);
+         if (r > 0.5 || (r > 0.22 && r < 0.36)) discard;
+         gl_FragColor = vec4(uColour, 1.0);
+       }`,
+      {depthTest: false, transparent: true, uniforms: {uColour: {value: rgb(kMark)}, uPoint: {value: 16 * Math.min(window.devicePixelRatio || 1, 2)}}})));
+    parts.marks.renderOrder = 5;
+  }
+  makeMarks();
+
+  // ---------------------------------------------------------------- camera
+  const view = {target: new THREE.Vector3(), distance: 1, azimuth: -0.9, elevation: 0.42};
+  let flight = null;
+  function fitted(azimuth, elevation) {
+    const aspect = Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
+    const half = Math.tan(camera.fov * Math.PI / 360) * Math.min(1, aspect);
+    return {target: new THREE.Vector3().addVectors(low, high).multiplyScalar(0.5), distance: 0.56 * diagonal / half, azimuth, elevation};
+  }
+  function applyCamera() {
+    const c = Math.cos(view.elevation);
+    camera.position.set(Math.cos(view.azimuth) * c, Math.sin(view.azimuth) * c, Math.sin(view.elevation))
+      .multiplyScalar(view.distance).add(view.target);
+    camera.near = Math.max(view.distance / 200, diagonal / 5000);
+    camera.far = view.distance + 6 * diagonal;
+    camera.updateProjectionMatrix();
+    camera.lookAt(view.target);
+  }
+  function flyTo(goal) {
+    const from = {target: view.target.clone(), distance: view.distance, azimuth: view.azimuth, elevation: view.elevation};
+    const still = window.matchMedia && window.matchMedia('(prefers-reduced-motion: reduce)').matches;
+    flight = {from, goal, begin: performance.now(), length: still ? 1 : 450};
+    wake();
+  }
+  function stepFlight(now) {
+    const f = Math.min((now - flight.begin) / flight.length, 1), e = f * f * (3 - 2 * f);
+    view.target.lerpVectors(flight.from.target, flight.goal.target, e);
+    for (const key of ['distance', 'azimuth', 'elevation']) view[key] = flight.from[key] + e * (flight.goal[key] - flight.from[key]);
+    if (f >= 1) flight = null;
+  }
+  function turn(dx, dy) {
+    view.azimuth -= dx * 0.008;
+    view.elevation = Math.min(Math.max(view.elevation + dy * 0.008, -1.5707), 1.5707);
+    moved();
+  }
+  function pan(dx, dy) {
+    const scale = 2 * view.distance * Math.tan(camera.fov * Math.PI / 360) / canvas.clientHeight;
+    const right = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 0), up = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 1);
+    view.target.addScaledVector(right, -dx * scale).addScaledVector(up, dy * scale);
+    moved();
+  }
+  function zoom(factor) {
+    view.distance = Math.min(Math.max(view.distance * factor, diagonal / 300), diagonal * 10);
+    moved();
+  }
+  const pointers = new Map();
+  canvas.addEventListener('pointerdown', (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    pointers.set(event.pointerId, {x: event.clientX, y: event.clientY});
+    flight = null;
+  });
+  canvas.addEventListener('pointermove', (event) => {
+    const before = pointers.get(event.pointerId);
+    if (!before) return;
+    const dx = event.clientX - before.x, dy = event.clientY - before.y;
+    if (pointers.size === 2) {
+      const other = [...pointers].find(([id]) => id !== event.pointerId)[1];
+      const span = (p) => Math.hypot(p.x - other.x, p.y - other.y);
+      zoom(span(before) / Math.max(span({x: event.clientX, y: event.clientY}), 1));
+      pan(dx / 2, dy / 2);
+    } else if (event.buttons & 2 || event.shiftKey) {
+      pan(dx, dy);
+    } else {
+      turn(dx, dy);
+    }
+    pointers.set(event.pointerId, {x: event.clientX, y: event.clientY});
+  });
+  for (const name of ['pointerup', 'pointercancel']) canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
+  canvas.addEventListener('contextmenu', (event) => event.preventDefault());
+  canvas.addEventListener('wheel', (event) => { event.preventDefault(); flight = null; zoom(Math.exp(event.deltaY * 0.0012)); }, {passive: false});
+
+  // ---------------------------------------------------------------- drawing
+  // Detail while something moves: 0 all, 1 fewer pixels, 2 beads as lines, 3 one point in 4 and no layer fill, 4 one in 16.
+  // Frames slower than 30 a second lower it, much faster ones raise it; a picture that stands still always has all detail.
+  const kSlow = 33, kFast = 11, kLowest = 4;
+  let averageFrame = 16, fastFrames = 0;
+  function adapt(frame) {
+    averageFrame += 0.35 * (Math.min(frame, 400) - averageFrame);
+    fastFrames = averageFrame < kFast ? fastFrames + 1 : 0;
+    if (averageFrame > kSlow && state.quality < kLowest) { ++state.quality; averageFrame = 20; }
+    if (fastFrames > 60 && state.quality > 0) { --state.quality; fastFrames = 0; averageFrame = 20; }
+  }
+
+  let awake = false, lastMove = 0, lastFrame = 0, ratio = 0, drawnStill = false;
+  function wake() { drawnStill = false; if (!awake) { awake = true; lastFrame = 0; requestAnimationFrame(frame); } }
+  function moved() { lastMove = performance.now(); wake(); }
+
+  function resize(level) {
+    const wanted = Math.min(window.devicePixelRatio || 1, 2) * (level >= 4 ? 0.5 : level >= 1 ? 0.75 : 1);
+    const w = canvas.clientWidth, h = canvas.clientHeight;
+    if (wanted !== ratio || canvas.width !== Math.floor(w * wanted) || canvas.height !== Math.floor(h * wanted)) {
+      ratio = wanted;
+      renderer.setPixelRatio(ratio);
+      renderer.setSize(w, h, false);
+    }
+    camera.aspect = w / Math.max(h, 1);
+  }
+  function applyState(level) {
+    const show = state.show, from = state.only ? state.layer : -1e9, to = state.layer;
+    const set = (object, on) => { if (object) object.visible = on; };
+    set(parts.model, show.model);
+    set(parts.overhang, show.overhang);
+    set(parts.platform, show.platform);
+    set(parts.marks, show.marks);
+    if (parts.model) {
+      const glass = show.skeleton || show.struts || !!scene.inspect;
+      parts.model.material.uniforms.uOpacity.value = glass ? 0.28 : 1;
+      parts.model.material.transparent = glass;
+      parts.model.material.depthWrite = !glass;
+      parts.model.renderOrder = glass ? 3 : 0;
+    }
+    for (const name of ['model', 'support']) {
+      if (!layers[name]) continue;
+      const on = show[name + '_layers'];
+      layers[name].range(from, to);
+      set(layers[name].fill, on && level < 3);
+      set(layers[name].lines, on && (level !== 2));
+    }
+    if (skeleton) { set(skeleton.thin, show.skeleton); set(skeleton.full, show.struts); }
+    if (travels) set(travels.lines, show.travel);
+    uniforms.uTime.value = state.time >= (paths ? paths.end_s : 0) ? 1e30 : state.time;
+    uniforms.uLayers.value.set(from, to);
+    uniforms.uMaterials.value.set(show.model_paths ? 1 : 0, show.support_paths ? 1 : 0);
+    if (toolpaths) {
+      const any = show.model_paths || show.support_paths;
+      set(toolpaths.beads, any && level < 2);
+      toolpaths.lines.forEach((lines, i) => set(lines, any && level === i + 2));
+      const done = lastAtMost(toolpaths.times, 2, state.time);
+      toolpaths.beads.geometry.maxInstancedCount = Math.max(Math.min(toolpaths.first[done + 1] || 0, toolpaths.count) - 1, 0);
+      const text = placeNozzle();
+      nozzle.visible = any && state.time < paths.end_s;
+      if (controls.clock) controls.clock.textContent = text;
+      const modes = ['material', 'height', 'tilt', 'speed', 'order'];
+      uniforms.uMode.value = modes.indexOf(state.colour);
+      const range = toolpaths.ranges[state.colour];
+      if (range) uniforms.uRange.value.set(range[0], range[1]);
+    }
+    const k = 'xyz'.indexOf(state.axis);
+    if (k < 0) uniforms.uPlane.value.set(0, 0, 0, 1);
+    else {
+      const sign = state.flip ? -1 : 1, at = low.getComponent(k) + state.cut * size.getComponent(k), n = [0, 0, 0];
+      n[k] = sign;
+      uniforms.uPlane.value.set(n[0], n[1], n[2], sign * at);
+    }
+  }
+  function draw(level) {
+    if (!renderer) return;
+    resize(level);
+    applyCamera();
+    applyState(level);
+    renderer.render(world, camera);
+  }
+  function frame(now) {
+    if (flight) { stepFlight(now); lastMove = now; }
+    if (state.playing) play(now);
+    const moving = flight || state.playing || now - lastMove < 250;
+    if (moving && lastFrame) adapt(now - lastFrame);
+    if (moving || !drawnStill) draw(moving ? state.quality : 0);
+    drawnStill = !moving;
+    lastFrame = now;
+    awake = moving;
+    if (awake) requestAnimationFrame(frame);
+  }
+
+  // ---------------------------------------------------------------- playing the print
+  let lastPlay = 0;
+  function play(now) {
+    const speed = paths.end_s / 60 * Number(controls.rate ? controls.rate.value : 1);
+    if (lastPlay) state.time = Math.min(state.time + speed * (now - lastPlay) / 1000, paths.end_s);
+    lastPlay = now;
+    controls.time.value = state.time / paths.end_s;
+    if (state.time >= paths.end_s) togglePlay(false);
+  }
+  function togglePlay(on) {
+    if (!toolpaths) return;
+    if (on && !(state.show.model_paths || state.show.support_paths)) preset('paths');
+    if (on && state.time >= paths.end_s) state.time = 0;
+    state.playing = on;
+    lastPlay = 0;
+    controls.play.textContent = on ? 'Pause' : 'Play';
+    moved();
+  }
+
+  // ---------------------------------------------------------------- panel
+  const controls = {boxes: {}, presets: {}};
+  const kPresets = {
+    part: {label: 'Part', title: 'The part, what overhangs, and the printed support', on: ['model', 'overhang', 'support_layers']},
+    layers: {label: 'Layers', title: 'Curved layers of part and support', on: ['model_layers', 'support_layers']},
+    paths: {label: 'Toolpaths', title: 'Beads as the robot lays them', on: ['model_paths', 'support_paths']},
+    tree: {label: 'Tree', title: 'The support tree inside the part\'s outline', on: ['model', 'overhang', 'skeleton']},
+  };
+  function possible(name) {
+    return {model: !!parts.model, overhang: !!parts.overhang, model_layers: !!layers.model, support_layers: !!layers.support,
+      model_paths: !!toolpaths, support_paths: !!toolpaths, travel: !!travels, skeleton: !!skeleton, struts: !!skeleton,
+      marks: !!parts.marks, platform: true}[name];
+  }
+  function preset(name) {
+    state.preset = name;
+    for (const key of Object.keys(state.show)) {
+      if (key !== 'marks' && key !== 'platform' && key !== 'travel') state.show[key] = kPresets[name].on.includes(key) && possible(key);
+    }
+    if (name === 'part' && !layers.support && toolpaths) state.show.support_paths = true;
+    refresh();
+  }
+  function refresh() {
+    for (const [name, input] of Object.entries(controls.boxes)) input.checked = state.show[name];
+    for (const [name, button] of Object.entries(controls.presets)) button.classList.toggle('active', name === state.preset);
+    legend();
+    wake();
+  }
+  const kLabels = {
+    model: ['Part surface', kModel], overhang: ['Overhang: needs support', kOverhang], model_layers: ['Layers of the part', kModel],
+    support_layers: ['Layers of the support', kSupport], model_paths: ['Toolpaths of the part', kModel],
+    support_paths: ['Toolpaths of the support', kSupport], travel: ['Travel moves (nothing is laid)', kTravel],
+    skeleton: ['Tree, coloured by branches', '#3f7f8c'], struts: ['Tree at its printed thickness', kSupport],
+    marks: ['Marks of failed checks', kMark], platform: [`Platform, squares of ${gridStep} mm`, '#c9d1da'],
+  };
+  function showSection() {
+    const list = el('div');
+    for (const [name, [label, colour]] of Object.entries(kLabels)) {
+      if (!possible(name)) continue;
+      const input = controls.boxes[name] = el('input', {type: 'checkbox', id: 'show-' + name, onchange: () => {
+        state.show[name] = input.checked;
+        state.preset = '';
+        refresh();
+      }});
+      list.append(el('label', {}, input, el('span', {class: 'swatch', style: `background:${colour}`}), label));
+    }
+    return list;
+  }
+  function layerSection() {
+    const last = layerMax.high;
+    state.layer = last;
+    const text = el('span', {});
+    const say = () => { text.textContent = state.only ? `only layer ${state.layer}` : `layers up to ${state.layer} of ${last}`; };
+    controls.setLayer = (value) => {
+      state.layer = Math.min(Math.max(value, layerMax.low), last);
+      controls.layer.value = state.layer;
+      if (!['layers', 'paths', ''].includes(state.preset)) preset('layers');
+      say();
+      moved();
+    };
+    controls.layer = el('input', {type: 'range', id: 'layer', min: layerMax.low, max: last, value: last, 'aria-label': 'layer',
+      oninput: () => controls.setLayer(Number(controls.layer.value))});
+    const only = el('input', {type: 'checkbox', id: 'only', onchange: () => { state.only = only.checked; controls.setLayer(state.layer); }});
+    controls.toggleOnly = () => { only.checked = !only.checked; state.only = only.checked; controls.setLayer(state.layer); };
+    say();
+    return [el('h2', {}, 'Layers'), text, controls.layer, el('label', {}, only, 'only this layer')];
+  }
+  const kColours = {material: 'material', height: 'bead height', tilt: 'nozzle tilt', speed: 'speed', order: 'order in time'};
+  function pathSection() {
+    const colour = controls.colour = el('select', {id: 'colour', onchange: () => {
+      state.colour = colour.value;
+      if (!(state.show.model_paths || state.show.support_paths)) preset('paths');
+      refresh();
+    }});
+    for (const [value, label] of Object.entries(kColours)) colour.append(el('option', {value}, label));
+    controls.time = el('input', {type: 'range', id: 'time', min: 0, max: 1, step: 0.0001, value: 1, 'aria-label': 'time of the print', oninput: () => {
+      state.time = paths.end_s * Number(controls.time.value);
+      if (!(state.show.model_paths || state.show.support_paths)) preset('paths');
+      moved();
+    }});
+    controls.play = el('button', {id: 'play', onclick: () => togglePlay(!state.playing)}, 'Play');
+    controls.rate = el('select', {'aria-label': 'speed of playing'});
+    for (const [value, label] of [[0.1, 'whole print in 10 min'], [1, 'in 1 min'], [4, 'in 15 s']]) {
+      controls.rate.append(el('option', {value, selected: value === 1}, label));
+    }
+    controls.clock = el('div', {class: 'hint', id: 'clock'});
+    return [el('h2', {}, 'Print'), el('div', {class: 'row'}, controls.play, controls.rate), controls.time, controls.clock,
+      el('div', {class: 'row'}, 'Colour by', colour)];
+  }
+  function sectionSection() {
+    const axis = controls.axis = el('select', {id: 'axis', onchange: () => { state.axis = axis.value; moved(); }});
+    for (const [value, label] of [['off', 'no cut'], ['x', 'across x'], ['y', 'across y'], ['z', 'across z (height)']]) {
+      axis.append(el('option', {value}, label));
+    }
+    const cut = el('input', {type: 'range', id: 'cut', min: 0, max: 1, step: 0.002, value: 0.5, 'aria-label': 'place of the cut', oninput: () => {
+      state.cut = Number(cut.value);
+      if (state.axis === 'off') state.axis = axis.value = 'x';
+      moved();
+    }});
+    const flip = el('input', {type: 'checkbox', onchange: () => { state.flip = flip.checked; moved(); }});
+    return [el('h2', {}, 'Cut open'), el('div', {class: 'row'}, axis, el('label', {}, flip, 'other half')), cut];
+  }
+  function visit(check) {
+    if (!check.places.length) return;
+    check.next = ((check.next === undefined ? -1 : check.next) + 1) % check.places.length;
+    const place = check.places[check.next];
+    state.show.marks = true;
+    refresh();
+    $('note').textContent = `${check.name}, place ${check.next + 1} of ${check.places.length}: ${place.text}`;
+    flyTo({target: new THREE.Vector3().fromArray(place.at), distance: 0.22 * diagonal, azimuth: view.azimuth, elevation: Math.max(view.elevation, 0.2)});
+  }
+  function checkButton(check) {
+    const places = check.places.length;
+    const where = places ? ` Click: fly to ${places > 1 ? `the next of ${places} places` : 'the place'}.` : '';
+    return el('button', {class: 'check' + (check.ok ? '' : ' bad') + (check.severity === 'mended' ? ' mended' : ''), 'data-check': check.name,
+      onclick: () => visit(check)},
+      scene.inspect ? `${check.name}: ${check.value} (${check.severity})` : check.name,
+      el('small', {}, (scene.inspect ? check.detail : `${short(check.value)}, limit ${short(check.limit)}. ${window.curvesupReport.meaning(check.name) || check.detail}`) + where));
+  }
+  function checkSection() {
+    const failed = checks.filter((c) => !c.ok), passed = checks.filter((c) => c.ok);
+    if (scene.inspect) {
+      return [el('h2', {}, 'Problems of this mesh'), checks.length ? null : el('div', {class: 'hint'}, 'None was found.'), ...checks.map(checkButton)];
+    }
+    if (!checks.length) return [];
+    const more = el('details', {}, el('summary', {}, `${passed.length} passed`), ...passed.map(checkButton));
+    return [el('h2', {}, `Checks: ${failed.length ? failed.length + ' failed' : 'all passed'}`), ...failed.map(checkButton), more];
+  }
+  function buildPanel() {
+    const panel = $('panel');
+    const failed = checks.some((c) => !c.ok);
+    if (failed || scene.inspect) panel.append(...checkSection().filter(Boolean));
+    const usable = Object.entries(kPresets).filter(([, p]) => p.on.filter((n) => n !== 'model').some(possible));
+    if (!scene.inspect && usable.length > 1) {
+      const grid = el('div', {class: 'presets'});
+      for (const [name, p] of usable) {
+        controls.presets[name] = el('button', {id: 'preset-' + name, title: p.title, onclick: () => preset(name)}, p.label);
+        grid.append(controls.presets[name]);
+      }
+      panel.append(el('h2', {}, 'Look at'), grid);
+    }
+    if (layers.model || layers.support || toolpaths) panel.append(...layerSection());
+    if (toolpaths) panel.append(...pathSection());
+    panel.append(...sectionSection());
+    panel.append(el('h2', {}, 'Show'), showSection());
+    if (!failed && !scene.inspect) panel.append(...checkSection().filter(Boolean));
+  }
+
+  // ---------------------------------------------------------------- legend
+  function legend() {
+    const box = $('legend');
+    box.textContent = '';
+    const swatch = (colour, text) => box.append(el('div', {class: 'row'}, el('span', {class: 'swatch', style: `background:${colour}`}), text));
+    const scale = (title, from, to) => {
+      const strip = el('canvas', {width: 150, height: 1}), pen = strip.getContext('2d');
+      for (let x = 0; x < 150; ++x) {
+        pen.fillStyle = `rgb(${mapColour(x / 149).map((c) => Math.round(255 * c)).join()})`;
+        pen.fillRect(x, 0, 1, 1);
+      }
+      box.append(el('div', {}, title), strip, el('div', {class: 'ends'}, el('span', {}, from), el('span', {}, to)));
+    };
+    const s = state.show, byPath = (s.model_paths || s.support_paths) && state.colour !== 'material';
+    if (!byPath && (s.model || s.model_layers || s.model_paths)) swatch(kModel, 'part');
+    if (!byPath && (s.support_layers || s.support_paths || s.struts)) swatch(kSupport, 'support');
+    if (s.overhang && parts.overhang) swatch(kOverhang, 'overhang: would sag without support');
+    if (scene.inspect && (parts.bad || parts.bad_lines)) swatch(kOverhang, 'bad elements');
+    if (s.marks && parts.marks) swatch(kMark, scene.inspect ? 'places of problems' : 'failed checks');
+    if (s.travel && travels) swatch(kTravel, 'travel');
+    if (s.skeleton && skeleton) scale('branches carried (logarithmic)', '1', String(skeleton.most));
+    if (byPath) {
+      const range = toolpaths.ranges[state.colour];
+      const unit = {height: 'mm', tilt: '°', speed: 'mm/s'}[state.colour];
+      const text = (v) => state.colour === 'order' ? clockText(v) : `${short(v)} ${unit}`;
+      scale({height: 'bead height', tilt: 'nozzle tilt from vertical', speed: 'speed of the nozzle', order: 'time of the print'}[state.colour],
+        text(range[0]), text(range[1]));
+    }
+  }
+
+  // ---------------------------------------------------------------- keys and buttons
+  const kViews = {front: [-Math.PI / 2, 0.02], side: [0, 0.02], top: [-Math.PI / 2, 1.5706], below: [-Math.PI / 2, -0.9]};
+  function picture() {
+    draw(0);
+    const link = el('a', {href: canvas.toDataURL('image/png'), download: (scene.title || 'preview').replace(/[^\w.-]+/g, '_') + '.png'});
+    link.click();
+  }
+  $('home').onclick = () => flyTo(fitted(-0.9, 0.42));
+  for (const name of Object.keys(kViews)) $(name).onclick = () => flyTo(fitted(...kViews[name]));
+  $('shot').onclick = picture;
+  $('help').onclick = () => { $('keys').hidden = !$('keys').hidden; };
+  const kKeys = [['drag', 'turn'], ['right drag, Shift drag, two fingers', 'move'], ['wheel, pinch', 'zoom'], ['H', 'show everything'],
+    ['1 2 3 4', 'front, side, above, below'], ['↑ ↓', 'one layer up, down'], ['O', 'only this layer'], ['Space', 'play the print'],
+    ['← →', 'back, forward in the print'], ['C', 'next colour'], ['X', 'cut open, next direction'], ['F', 'fly to the next failed check'],
+    ['P', 'save a picture'], ['R', 'report'], ['?', 'this list']];
+  const failedPlaces = checks.filter((c) => (!c.ok || scene.inspect) && c.places.length);
+  let failedNext = 0;
+  document.addEventListener('keydown', (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || ['SELECT', 'TEXTAREA'].includes(event.target.tagName)) return;
+    const range = event.target.type === 'range', key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    const step = (direction) => {
+      if (!toolpaths) return;
+      state.time = Math.min(Math.max(state.time + direction * paths.end_s / 500, 0), paths.end_s);
+      controls.time.value = state.time / paths.end_s;
+      if (!(state.show.model_paths || state.show.support_paths)) preset('paths');
+      moved();
+    };
+    const cycle = (select, values) => {
+      select.value = values[(values.indexOf(select.value) + 1) % values.length];
+      select.dispatchEvent(new Event('change'));
+    };
+    const actions = {
+      h: () => $('home').click(), 1: () => $('front').click(), 2: () => $('side').click(), 3: () => $('top').click(), 4: () => $('below').click(),
+      ArrowUp: () => controls.setLayer && controls.setLayer(state.layer + 1), ArrowDown: () => controls.setLayer && controls.setLayer(state.layer - 1),
+      ArrowRight: () => step(1), ArrowLeft: () => step(-1), o: () => controls.toggleOnly && controls.toggleOnly(), ' ': () => togglePlay(!state.playing),
+      c: () => controls.colour && cycle(controls.colour, Object.keys(kColours)), x: () => cycle(controls.axis, ['off', 'x', 'y', 'z']),
+      f: () => { if (failedPlaces.length) visit(failedPlaces[failedNext++ % failedPlaces.length]); },
+      p: picture, r: () => tab($('report').hidden), '?': () => $('help').click(),
+    };
+    if (!actions[key] || (range && key.startsWith('Arrow')) || (event.target.tagName === 'BUTTON' && key === ' ')) return;
+    event.preventDefault();
+    actions[key]();
+  });
+  $('keys').append(el('table', {}, ...kKeys.map(([key, text]) => el('tr', {}, el('td', {}, el('kbd', {}, key)), el('td', {}, text)))));
+
+  function tab(report) {
+    $('report').hidden = !report;
+    $('view').hidden = report;
+    $('tab-report').classList.toggle('active', report);
+    $('tab-view').classList.toggle('active', !report);
+    if (!report) wake();
+  }
+  $('tab-view').onclick = () => tab(false);
+  $('tab-report').onclick = () => tab(true);
+
+  // ---------------------------------------------------------------- start
+  $('title').textContent = scene.title || 'curvesup';
+  const failedCount = checks.filter((c) => !c.ok).length;
+  if (scene.inspect) {
+    const usable = scene.report.mesh.usable;
+    $('verdict').textContent = usable ? 'can be sliced' : 'cannot be sliced';
+    $('verdict').className = usable ? 'good-back' : 'bad-back';
+  } else if (checks.length) {
+    $('verdict').textContent = failedCount ? `${failedCount} of ${checks.length} checks failed` : `all ${checks.length} checks passed`;
+    $('verdict').className = failedCount ? 'bad-back' : 'good-back';
+  }
+  buildPanel();
+  window.curvesupReport.build($('report'), scene, {el, short, clockText});
+  if (scene.inspect) { state.show.overhang = false; refresh(); } else preset('part');
+  Object.assign(view, fitted(-0.9, 0.42));
+  window.addEventListener('resize', wake);
+  new ResizeObserver(wake).observe($('stage'));
+  wake();
+
+  // For tests: what the page is doing, without a way to change what it shows.
+  window.curvesup = {
+    ready: true, state, adapt,
+    camera: () => ({target: view.target.toArray(), distance: view.distance}),
+    still: () => !awake && drawnStill && !flight,
+    averageFrame: () => averageFrame,
+    triangles: () => (renderer ? renderer.info.render.triangles : 0),
+  };
+})();
