@@ -1,0 +1,346 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <span>
+
+#include "check/emitted_sync.h"
+#include "curvesup/core/error.h"
+#include "curvesup/io/vtk_file.h"
+
+namespace curvesup::emitted {
+
+namespace {
+
+constexpr double kNearHop_mm = 3.0;  // shorter crossings may hop
+constexpr double kHop_mm = 1.0;
+constexpr double kPlace_mm = 2e-3;   // two roundings
+
+// toolpaths.vtp, its points moved to where the part stands on the platform.
+struct SourcePaths {
+  std::vector<Vec3> tips, normals;
+  std::vector<double> volume_mm3;
+  std::vector<int> first;  // of each path; one more at the end
+  std::vector<int> layer, group, material, kind;
+
+  [[nodiscard]] std::size_t count() const { return layer.size(); }
+};
+
+template <class Value>
+std::vector<Value> values_of(const std::vector<VtkArray>& arrays, const char* name, std::size_t count) {
+  for (const VtkArray& array : arrays) {
+    if (array.name != name) continue;
+    std::vector<Value> values;
+    std::visit([&](const auto& from) { values.assign(from.begin(), from.end()); }, array.values);
+    if (values.size() == count) return values;
+  }
+  throw Error(ErrorKind::input, "toolpaths.vtp", std::string("has no array ") + name, "slice again");
+}
+
+SourcePaths read_source(const std::filesystem::path& file) {
+  const VtkPolyData data = read_vtp(file);
+  const std::size_t points = data.points.size(), paths = data.line_ends.size();
+  const auto normals = values_of<double>(data.point_data, "normal", 3 * points);
+  const auto offsets = values_of<double>(data.point_data, "tip_offset_mm", points);
+  const auto volumes = values_of<double>(data.point_data, "volume_mm3", points);
+  SourcePaths source;
+  source.layer = values_of<int>(data.cell_data, "layer", paths);
+  source.material = values_of<int>(data.cell_data, "material", paths);
+  source.kind = values_of<int>(data.cell_data, "kind", paths);
+  source.group = values_of<int>(data.cell_data, "group", paths);
+  source.first.push_back(0);
+  for (const Index end : data.line_ends) source.first.push_back(end);
+  for (const Index p : data.line_points) {
+    const auto i = static_cast<std::size_t>(p);
+    source.normals.emplace_back(normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]);
+    source.tips.push_back(data.points[i] + offsets[i] * source.normals.back());
+    source.volume_mm3.push_back(volumes[i]);
+  }
+  return source;
+}
+
+struct Nearest {
+  std::size_t segment = 0;  // ends at this point
+  double share = 0.0;
+  double distance = 1e300;
+};
+
+Nearest nearest_on(const Vec3& a, const Vec3& b, const Vec3& point) {
+  const Vec3 along = b - a;
+  const double squared = along.squaredNorm();
+  const double share = squared > 0.0 ? std::clamp((point - a).dot(along) / squared, 0.0, 1.0) : 0.0;
+  return {0, share, (a + share * along - point).norm()};
+}
+
+class PathCheck {
+ public:
+  PathCheck(const Programs& programs, SourcePaths source, const Machine& machine, Findings& findings, EmittedFigures& figures)
+      : programs_(programs), source_(std::move(source)), machine_(machine), findings_(findings), figures_(figures), platform_(frame_of(machine.platform.pose)) {
+    const double diameter = machine.extruder.filament_diameter_mm;
+    filament_area_ = std::numbers::pi / 4.0 * diameter * diameter;
+  }
+
+  void run() {
+    place_part();
+    figures_.paths = source_.count();
+    std::size_t chain = 0;
+    int before = -1;
+    while (chain < programs_.chains.size()) {
+      std::size_t end = chain + 1;
+      while (end < programs_.chains.size() && programs_.chains[end].path == programs_.chains[chain].path) ++end;
+      const int path = programs_.chains[chain].path;
+      const Place place = place_of(programs_.chains[chain]);
+      findings_.expect(path == before + 1, Rule::path_order, place, "path " + std::to_string(path) + " follows path " + std::to_string(before));
+      before = path;
+      if (path >= 0 && path < static_cast<int>(source_.count())) check_path(path, std::span(programs_.chains).subspan(chain, end - chain));
+      chain = end;
+    }
+    findings_.expect(before + 1 == static_cast<int>(source_.count()), Rule::path_order, {programs_.job.file, 0}, "the last path is missing");
+    check_volumes();
+    check_groups();
+  }
+
+ private:
+  [[nodiscard]] Place place_of(const Chain& chain) const {
+    return {programs_.job.file, programs_.job.paths[static_cast<std::size_t>(chain.job_comment)].line};
+  }
+  [[nodiscard]] const JobMove& job_move(const Chain& chain, std::size_t k) const { return programs_.job.moves[chain.job_first + k]; }
+  [[nodiscard]] const RobotMove& robot_move(const Chain& chain, std::size_t k) const {
+    return programs_.parts[chain.part].moves[chain.robot_first + k];
+  }
+
+  // With placement `automatic` the part was turned about z and moved: found from the ends of the chains.
+  void place_part() {
+    if (machine_.place != Placement::automatic) return;
+    Vec3 mean_from = Vec3::Zero(), mean_to = Vec3::Zero();
+    std::vector<std::pair<Vec3, Vec3>> pairs;
+    for (const Chain& chain : programs_.chains) {
+      if (chain.path < 0 || chain.path >= static_cast<int>(source_.count()) || chain.moves == 0) continue;
+      const auto path = static_cast<std::size_t>(chain.path);
+      if (chain.section == 1) pairs.emplace_back(source_.tips[static_cast<std::size_t>(source_.first[path])], job_move(chain, 0).from_mm);
+      if (chain.section == chain.sections) {
+        pairs.emplace_back(source_.tips[static_cast<std::size_t>(source_.first[path + 1]) - 1], job_move(chain, chain.moves - 1).tip_mm);
+      }
+    }
+    if (pairs.empty()) return;
+    for (const auto& [from, to] : pairs) {
+      mean_from += from / static_cast<double>(pairs.size());
+      mean_to += to / static_cast<double>(pairs.size());
+    }
+    double along = 0.0, across = 0.0;
+    for (const auto& [from, to] : pairs) {
+      const Vec3 a = from - mean_from, b = to - mean_to;
+      along += a.x() * b.x() + a.y() * b.y();
+      across += a.x() * b.y() - a.y() * b.x();
+    }
+    const Mat3 turn = rotation_from(Vec3(0.0, 0.0, std::atan2(across, along)));
+    Vec3 shift = mean_to - turn * mean_from;
+    shift.z() = 0.0;
+    for (Vec3& tip : source_.tips) tip = turn * tip + shift;
+    for (Vec3& normal : source_.normals) normal = turn * normal;
+  }
+
+  void check_path(int path, std::span<const Chain> chains) {
+    const Place place = place_of(chains.front());
+    for (std::size_t s = 0; s < chains.size(); ++s) {
+      const bool whole = chains[s].section == static_cast<int>(s) + 1 && chains[s].sections == static_cast<int>(chains.size());
+      findings_.expect(whole, Rule::path_order, place, "the sections of the path are not whole or not in order");
+    }
+    check_labels(path, chains.front(), place);
+    follow(path, chains, place);
+  }
+
+  void check_labels(int path, const Chain& chain, const Place& place) {
+    const auto p = static_cast<std::size_t>(path);
+    const PathComment& said = programs_.parts[chain.part].paths[static_cast<std::size_t>(chain.robot_comment)];
+    const JobPath& in_job = programs_.job.paths[static_cast<std::size_t>(chain.job_comment)];
+    findings_.expect(in_job.layer == source_.layer[p] && said.layer == source_.layer[p], Rule::layers, place, "the path belongs to another layer");
+    findings_.expect(said.material == source_.material[p], Rule::path_order, place, "the path is of the other material");
+    const int wanted_tool = machine_.filaments[static_cast<std::size_t>(std::clamp(source_.material[p], 0, 1))].tool;
+    findings_.expect(chain.moves > 0 && job_move(chain, 0).tool == wanted_tool, Rule::tool_and_heat, place, "the path is printed with the wrong tool");
+    static constexpr std::string_view kTypes[] = {"Perimeter", "Gap fill", "Solid infill"};
+    const std::string_view type = source_.material[p] == 1 ? "Support material" : kTypes[std::clamp(source_.kind[p], 0, 2)];
+    findings_.expect(in_job.type == type, Rule::layers, place, "the type comment is another one");
+  }
+
+  // Walks the emitted polyline along the source's, so that every point of both has its place on the other.
+  void follow(int path, std::span<const Chain> chains, const Place& place) {
+    const auto begin = static_cast<std::size_t>(source_.first[static_cast<std::size_t>(path)]);
+    const auto end = static_cast<std::size_t>(source_.first[static_cast<std::size_t>(path) + 1]);
+    if (end < begin + 2) return findings_.fail(Rule::polyline, place, "toolpaths.vtp has no segments for this path");
+    const Tolerances& tolerances = machine_.tolerances;
+    const auto measure = [&](double distance, double limit, const Place& at, const char* what) {
+      figures_.max_polyline_distance_mm = std::max(figures_.max_polyline_distance_mm, distance);
+      findings_.at_most(Rule::polyline, distance, limit, at, what);
+    };
+    Vec3 last = job_move(chains.front(), 0).from_mm;
+    measure((last - source_.tips[begin]).norm(), kPlace_mm, place, "the path starts elsewhere");
+    std::size_t segment = begin + 1;  // where `last` lies
+    double share = 0.0, volume = 0.0, source_volume = 0.0;
+    std::size_t volume_to = begin;    // points whose volume is in source_volume
+    const double per_e = filament_area_ / machine_.filaments[static_cast<std::size_t>(std::clamp(source_.material[static_cast<std::size_t>(path)], 0, 1))].flow;
+    for (const Chain& chain : chains) {
+      measure((job_move(chain, 0).from_mm - last).norm(), kPlace_mm, place, "a section starts where the one before did not end");
+      for (std::size_t k = 0; k < chain.moves; ++k) {
+        const JobMove& move = job_move(chain, k);
+        const Place at{programs_.job.file, move.line};
+        const Nearest here = locate(move.tip_mm, segment, share, end, (move.tip_mm - last).norm());
+        measure(here.distance, tolerances.chord_mm + 1e-3, at, "the nozzle leaves the path");
+        for (std::size_t p = segment; p < here.segment; ++p) {
+          const double aside = nearest_on(last, move.tip_mm, source_.tips[p]).distance;
+          measure(aside, tolerances.chord_mm + tolerances.corner_mm, at, "the nozzle cuts off points of the path");
+        }
+        check_tilt(robot_move(chain, k), here, at);
+        volume += move.e_mm * per_e;
+        for (; volume_to + 1 < here.segment; ++volume_to) source_volume += source_.volume_mm3[volume_to + 1];
+        segment = here.segment;
+        share = here.share;
+        last = move.tip_mm;
+      }
+    }
+    measure((last - source_.tips[end - 1]).norm(), kPlace_mm, place, "the path ends elsewhere");
+    double wanted = 0.0;
+    for (std::size_t p = begin; p < end; ++p) wanted += source_.volume_mm3[p];
+    const double rounding = 1e-6 * per_e * static_cast<double>(chains.size());
+    findings_.at_most(Rule::path_volume, std::max(0.0, std::abs(volume - wanted) - rounding) / std::max(wanted, 1e-9), 1e-3, place, "the path gets another volume");
+  }
+
+  // The place of `tip` on the source polyline, not before the last one and not much farther on than the emitted segment is long.
+  [[nodiscard]] Nearest locate(const Vec3& tip, std::size_t segment, double share, std::size_t end, double length) const {
+    const double reach = 1.5 * length + 0.3;
+    Nearest best;
+    double travelled = -share * (source_.tips[segment] - source_.tips[segment - 1]).norm();
+    for (std::size_t s = segment; s < end; ++s) {
+      const Vec3 &a = source_.tips[s - 1], &b = source_.tips[s];
+      Nearest here = nearest_on(s == segment ? Vec3(a + share * (b - a)) : a, b, tip);
+      if (s == segment) here.share = share + (1.0 - share) * here.share;
+      here.segment = s;
+      if (here.distance < best.distance - 1e-9) best = here;
+      travelled += (b - a).norm();
+      if (travelled > reach) break;
+    }
+    return best;
+  }
+
+  void check_tilt(const RobotMove& move, const Nearest& here, const Place& place) {
+    const Vec3 normal = ((1.0 - here.share) * source_.normals[here.segment - 1] + here.share * source_.normals[here.segment]).normalized();
+    const Vec3 axis = platform_.rotation.transpose() * rotation_from(move.pose.rotation_vector).col(2);
+    const double degrees = std::atan2(axis.cross(normal).norm(), axis.dot(normal)) * 180.0 / std::numbers::pi;
+    figures_.max_tilt_deviation_deg = std::max(figures_.max_tilt_deviation_deg, degrees);
+    const double limit = machine_.tolerances.max_tilt_deviation.degrees() + machine_.tolerances.axis.degrees() + 0.1;
+    findings_.at_most(Rule::tilt_deviation, degrees, limit, place, "the nozzle leans too far from the layer normal");
+  }
+
+  void check_volumes() {
+    std::map<int, double> wanted, got;
+    for (std::size_t path = 0; path < source_.count(); ++path) {
+      const int material = std::clamp(source_.material[path], 0, 1);
+      for (int p = source_.first[path]; p < source_.first[path + 1]; ++p) {
+        wanted[machine_.filaments[static_cast<std::size_t>(material)].tool] += source_.volume_mm3[static_cast<std::size_t>(p)];
+      }
+    }
+    for (const JobMove& move : programs_.job.moves) {
+      if (!move.has_xyz || !move.has_e) continue;
+      for (std::size_t m = 0; m < kMaterialCount; ++m) {
+        if (machine_.filaments[m].tool != move.tool) continue;
+        const double volume = move.e_mm * filament_area_ / machine_.filaments[m].flow;
+        got[move.tool] += volume;
+        figures_.volume_mm3[m] += volume;
+        break;
+      }
+    }
+    for (const auto& [tool, volume] : wanted) {
+      findings_.at_most(Rule::volume, std::abs(got[tool] - volume) / std::max(volume, 1e-9), 1e-3, {programs_.job.file, 0},
+                        "the volume of tool " + std::to_string(tool) + " is not the one of the toolpaths");
+    }
+  }
+
+  // ;LAYER: counts each group of the toolpaths once.
+  void check_groups() {
+    int count = -1, group = -1;
+    for (const Chain& chain : programs_.chains) {
+      if (chain.path < 0 || chain.path >= static_cast<int>(source_.count())) continue;
+      const int now = source_.group[static_cast<std::size_t>(chain.path)];
+      if (count < 0 || now != group) ++count;
+      group = now;
+      const JobPath& said = programs_.job.paths[static_cast<std::size_t>(chain.job_comment)];
+      findings_.expect(said.group == count, Rule::layers, place_of(chain), "the path belongs to another printed group");
+    }
+    findings_.expect(programs_.job.header.layers == count + 1, Rule::header, {programs_.job.file, 0}, "num_layers is not the number of printed groups");
+  }
+
+  const Programs& programs_;
+  SourcePaths source_;
+  const Machine& machine_;
+  Findings& findings_;
+  EmittedFigures& figures_;
+  ArmFrame platform_;
+  double filament_area_ = 1.0;
+};
+
+// Ways between chains leave and arrive along the nozzle, and lift as far as is needed.
+class TravelCheck {
+ public:
+  TravelCheck(const Programs& programs, const Machine& machine, Findings& findings) : programs_(programs), machine_(machine), findings_(findings) {}
+
+  void run() {
+    for (std::size_t c = 0; c < programs_.chains.size(); ++c) {
+      const Chain& chain = programs_.chains[c];
+      if (chain.moves == 0 || chain.robot_first == 0) continue;
+      const std::vector<RobotMove>& moves = programs_.parts[chain.part].moves;
+      const Pose& start = moves[chain.robot_first - 1].pose;
+      const Pose& finish = moves[chain.robot_first + chain.moves - 1].pose;
+      const double hop = 1e-3 * std::min(kHop_mm, machine_.tolerances.travel_clearance_mm);
+      const double lift = 1e-3 * machine_.tolerances.travel_clearance_mm;
+      if (chain.robot_first >= 2) {
+        const bool near = c > 0 && (end_of(programs_.chains[c - 1]) - start.position_m).norm() < 1e-3 * kNearHop_mm;
+        expect_lift(start, moves[chain.robot_first - 2].pose, moves[chain.robot_first - 1], near ? hop : lift, "the nozzle is not lowered from above");
+      }
+      if (chain.robot_first + chain.moves < moves.size()) {
+        const bool near = c + 1 < programs_.chains.size() && (start_of(programs_.chains[c + 1]) - finish.position_m).norm() < 1e-3 * kNearHop_mm;
+        const RobotMove& up = moves[chain.robot_first + chain.moves];
+        expect_lift(finish, up.pose, up, near ? hop : lift, "the nozzle is not lifted enough");
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] Vec3 end_of(const Chain& chain) const {
+    if (chain.moves == 0) return Vec3::Constant(1e9);
+    return programs_.parts[chain.part].moves[chain.robot_first + chain.moves - 1].pose.position_m;
+  }
+  [[nodiscard]] Vec3 start_of(const Chain& chain) const {
+    if (chain.moves == 0 || chain.robot_first == 0) return Vec3::Constant(1e9);
+    return programs_.parts[chain.part].moves[chain.robot_first - 1].pose.position_m;
+  }
+
+  void expect_lift(const Pose& bead, const Pose& away, const RobotMove& move, double least_m, const char* what) {
+    const Place place{programs_.parts[0].file, 0};
+    const Vec3 axis = rotation_from(bead.rotation_vector).col(2), way = away.position_m - bead.position_m;
+    const double along = way.dot(axis), aside = (way - along * axis).norm();
+    const bool good = move.kind == RobotMove::Kind::linear && along >= least_m - 1e-5 && aside <= 2e-5 + 1e-3 * along;
+    if (!good) findings_.fail(Rule::travel_lift, {file_of(move), move.line}, what);
+    (void)place;
+  }
+  [[nodiscard]] std::string_view file_of(const RobotMove& move) const {
+    for (const RobotPart& part : programs_.parts) {
+      if (!part.moves.empty() && &move >= part.moves.data() && &move < part.moves.data() + part.moves.size()) return part.file;
+    }
+    return {};
+  }
+
+  const Programs& programs_;
+  const Machine& machine_;
+  Findings& findings_;
+};
+
+}  // namespace
+
+void check_paths(const Programs& programs, const std::filesystem::path& toolpaths_file, const Machine& machine, const RunContext& run,
+                 Findings& findings, EmittedFigures& figures) {
+  run.check_stop();
+  PathCheck(programs, read_source(toolpaths_file), machine, findings, figures).run();
+  TravelCheck(programs, machine, findings).run();
+}
+
+}  // namespace curvesup::emitted

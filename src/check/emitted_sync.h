@@ -1,0 +1,58 @@
+#pragma once
+
+#include <vector>
+
+#include "check/emitted_arm.h"
+#include "check/emitted_job.h"
+#include "check/emitted_script.h"
+
+// Both programs together: their meeting points, and both run against each other on one clock.
+namespace curvesup::emitted {
+
+// A gate lies before move `move` of its chain.
+struct Gate {
+  int move = 0;
+  int number = 0;  // level, or signal
+  int line = 0;
+};
+
+enum class PairKind { part, path, change, unload };
+
+// One barrier pair of one program. The moves of a chain follow each other.
+struct BarrierPair {
+  PairKind kind = PairKind::part;
+  std::size_t part = 0;
+  std::size_t first_move = 0, moves = 0;  // rows of RobotPart::moves or Job::moves
+  std::vector<Gate> gates;
+  std::vector<int> stops;                 // of the job: M400 before these moves of the chain
+  int comment = -1;                       // row of `paths`
+  int line = 0;
+};
+
+// A chain as both programs hold it.
+struct Chain {
+  std::size_t part = 0;
+  std::size_t robot_first = 0, job_first = 0, moves = 0;
+  int path = -1, section = 0, sections = 0;
+  int robot_comment = -1, job_comment = -1;
+  std::vector<double> robot_s, job_s;      // of each move, by the time model
+};
+
+struct Programs {
+  std::vector<RobotPart> parts;
+  Job job;
+  std::vector<Chain> chains;
+  std::vector<double> part_s;  // simulated
+};
+
+// Rules 34 to 38, sync_*; fills chains.
+void check_sync(Programs& programs, const Machine& machine, Findings& findings, EmittedFigures& figures);
+
+// Rules 15, 19, 20, 21, 30, 32 against toolpaths.vtp.
+void check_paths(const Programs& programs, const std::filesystem::path& toolpaths_file, const Machine& machine, const RunContext& run,
+                 Findings& findings, EmittedFigures& figures);
+
+// manifest_* and rule 40.
+void check_manifest(const Programs& programs, const std::filesystem::path& folder, Findings& findings);
+
+}  // namespace curvesup::emitted
