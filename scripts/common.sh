@@ -3,7 +3,8 @@
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 build_packages=(g++ cmake ninja-build ccache libeigen3-dev libtet1.5-dev libcgal-dev libopenmesh-dev libsuitesparse-dev
-  libopenblas-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libpng-dev libjs-three)
+  libopenblas-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libpng-dev libcairo2-dev
+  fonts-dejavu-core libjs-three)
 test_packages=(libgtest-dev libbenchmark-dev python3 chromium chromium-driver)
 
 die() {

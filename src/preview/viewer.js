@@ -206,13 +206,17 @@
   // ---------------------------------------------------------------- layers
   // Line index over chains of the given lengths, keeping every `stride`-th point and the ends.
   function chainIndex(counts, stride) {
-    const index = [];
-    let first = 0;
+    let size = 0, first = 0, at = 0;
+    for (const count of counts) size += 2 * Math.ceil(Math.max(count - 1, 0) / stride);
+    const index = new Uint32Array(size);
     for (const count of counts) {
-      for (let i = 0; i + 1 < count; i += stride) index.push(first + i, first + Math.min(i + stride, count - 1));
+      for (let i = 0; i + 1 < count; i += stride) {
+        index[at++] = first + i;
+        index[at++] = first + Math.min(i + stride, count - 1);
+      }
       first += count;
     }
-    return new Uint32Array(index);
+    return index;
   }
   function makeLayers(name, colour, dark) {
     if (!scene.buffers[name + '_triangles']) return null;
@@ -305,13 +309,18 @@
     const where = new Uint16Array(4 * count), bytes = new Uint8Array(4 * count), turned = new Int8Array(4 * count);
     const time = new Float32Array(count), first = new Uint32Array(counts.length + 1);
     const at = (i, k) => low.getComponent(k) + size.getComponent(k) * position[3 * i + k] / 65535;
-    const distance = (i, j) => Math.hypot(at(i, 0) - at(j, 0), at(i, 1) - at(j, 1), at(i, 2) - at(j, 2));
-    let most = 0, leastHeight = 255, mostTilt = 0, leastFeed = 255;
+    const [sx, sy, sz] = size.toArray().map((s) => s / 65535);
+    const distance = (i, j) => {
+      const x = sx * (position[3 * i] - position[3 * j]), y = sy * (position[3 * i + 1] - position[3 * j + 1]);
+      const z = sz * (position[3 * i + 2] - position[3 * j + 2]);
+      return Math.sqrt(x * x + y * y + z * z);
+    };
+    let most = 0, leastHeight = 255, leastUp = 1, leastFeed = 255;
     for (let p = 0; p < counts.length; ++p) {
       first[p + 1] = first[p] + counts[p];
       let length = 0;
       for (let i = first[p]; i < first[p + 1]; ++i) {
-        where.set(position.subarray(3 * i, 3 * i + 3), 4 * i);
+        where[4 * i] = position[3 * i]; where[4 * i + 1] = position[3 * i + 1]; where[4 * i + 2] = position[3 * i + 2];
         where[4 * i + 3] = layer[p];
         bytes[4 * i] = heights[i]; bytes[4 * i + 1] = widths[i]; bytes[4 * i + 2] = feeds[i]; bytes[4 * i + 3] = kinds[p];
         turned[4 * i] = axis[2 * i]; turned[4 * i + 1] = axis[2 * i + 1];
@@ -320,7 +329,7 @@
         time[i] = length;
         leastHeight = Math.min(leastHeight, heights[i]);
         leastFeed = Math.min(leastFeed, i > first[p] ? feeds[i] : 255);
-        mostTilt = Math.max(mostTilt, Math.acos(Math.min(Math.max(directionOf(axis, i).z, -1), 1)));
+        leastUp = Math.min(leastUp, upOf(axis[2 * i], axis[2 * i + 1]));
       }
       const begin = times[2 * p], end = times[2 * p + 1];
       for (let i = first[p]; i < first[p + 1]; ++i) time[i] = begin + (length > 0 ? time[i] / length : 0) * (end - begin);
@@ -391,8 +400,14 @@
       return add(new THREE.LineSegments(lod, lineShader));
     });
     return {beads, lines, counts, first, times, time, kinds, layer, at, axis, count,
-      ranges: {height: [leastHeight / 255 * paths.max_height_mm, paths.max_height_mm], tilt: [0, mostTilt * 180 / Math.PI],
+      ranges: {height: [leastHeight / 255 * paths.max_height_mm, paths.max_height_mm], tilt: [0, Math.acos(leastUp) * 180 / Math.PI],
         speed: [leastFeed / 255 * paths.max_feed_mm_s, paths.max_feed_mm_s], order: [0, paths.end_s]}};
+  }
+  // z of the direction that two bytes stand for.
+  function upOf(a, b) {
+    const x = Math.abs(a / 127), y = Math.abs(b / 127), z = 1 - x - y;
+    const h = z < 0 ? Math.hypot(1 - y, 1 - x) : Math.hypot(x, y);
+    return z / (Math.hypot(h, z) || 1);
   }
   function directionOf(axes, i) {
     let x = axes[2 * i] / 127, y = axes[2 * i + 1] / 127;

@@ -4,8 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "curvesup/domain/domain.h"
 #include "curvesup/layers/layer_stack.h"
+#include "curvesup/mesh/tet_mesh.h"
+#include "curvesup/motion/machine.h"
 #include "curvesup/motion/motion.h"
 #include "curvesup/toolpath/toolpaths.h"
 
@@ -19,14 +20,14 @@ struct Plot {
 
 // What a finished run can be drawn from. A null pointer is a stage that has not run: plots that need it are left out.
 struct PlotInput {
-  const Domain* domain = nullptr;
-  const ScalarField* field = nullptr;  // on the domain
+  const ScalarField* field = nullptr;  // on the domain; needed with layers
   const LayerStack* layers = nullptr;  // as printed
   const Toolpaths* toolpaths = nullptr;
   const Motion* motion = nullptr;  // null or empty: times come from feeds and an assumed travel speed
+  Arm arm{};                       // of the singularity metric
 };
 
-// Histogram of the layer thickness by printed area, support volume by layer, bead height and tilt along the print, time
+// Plots: histogram of the layer thickness by printed area, support volume by layer, bead height and tilt along the print, time
 // by material, joint angles and singularity metric by time, in this order. Drawn without a display; the same input gives
 // the same bytes (with the same font installed). Linear in triangles and points.
 [[nodiscard]] std::vector<Plot> make_plots(const PlotInput& input);
