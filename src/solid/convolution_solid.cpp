@@ -15,7 +15,7 @@ constexpr double kStraight = 0.005;   // radii: how far a joined node may lie of
 constexpr double kBoundSlack = 1e-9;  // rounding of the sums that bounds() must enclose
 constexpr double kMaxCells = 4e6;
 // Cell sizes and margins in mm: the first grid serves value(), the others bounds() of balls up to their margin.
-constexpr double kGrids[][2] = {{2.0, 0.0}, {3.0, 1.5}, {6.0, 6.0}, {16.0, 16.0}};
+constexpr double kGrids[][2] = {{1.5, 0.0}, {2.0, 1.0}, {3.0, 2.0}, {6.0, 6.0}, {16.0, 16.0}};
 
 // Integral of s^2 (1 - s)^2 from 0 to s.
 double kernel_integral(double s) { return s * s * s * (1.0 / 3.0 + s * (-0.5 + s * 0.2)); }
@@ -75,7 +75,25 @@ inline double ConvolutionSolid::Kernel::contribution(double distance2, double al
   const double from = std::max(-half, -along), to = std::min(half, length - along);
   if (to <= from) return 0.0;
   const double s0 = 0.5 * (from / half + 1.0), s1 = 0.5 * (to / half + 1.0);
-  return scale * half2 * half2 * (kernel_integral(s1) - kernel_integral(s0));
+  // Never negative, so that a partial sum never exceeds the whole one.
+  return std::max(0.0, scale * half2 * half2 * (kernel_integral(s1) - kernel_integral(s0)));
+}
+
+// F_e falls with the distance from the line, and with the distance between the point's foot and the strut's middle.
+inline double ConvolutionSolid::Kernel::most_in_ball(const Vec3& centre, double radius) const {
+  const Vec3 offset = centre - a;
+  const double along = offset.dot(direction);
+  const double distance2 = std::max(0.0, offset.squaredNorm() - along * along);
+  const double limit = reach + radius;
+  if (distance2 >= limit * limit) return 0.0;
+  const double nearest = distance2 > radius * radius ? std::sqrt(distance2) - radius : 0.0;
+  return contribution(nearest * nearest, std::clamp(0.5 * length, along - radius, along + radius));
+}
+
+inline double ConvolutionSolid::Kernel::distance2(const Vec3& p) const {
+  const Vec3 offset = p - a;
+  const double along = offset.dot(direction), beside = along - std::clamp(along, 0.0, length);
+  return offset.squaredNorm() - along * along + beside * beside;
 }
 
 inline double ConvolutionSolid::Kernel::at(const Vec3& p) const {
@@ -106,6 +124,7 @@ void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOpt
   if (!(kappa > 1.0 && kappa < 1.85)) {
     throw Error(ErrorKind::usage, "support.kernel_ratio", format("is %g, must lie between 1 and 1.85", kappa));
   }
+  kernel_ratio_ = kappa;
   const double narrowing = 1.0 - 1.0 / (kappa * kappa);
   const double weight = 15.0 / (8.0 * narrowing * narrowing);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -156,47 +175,56 @@ ConvolutionSolid::Grid ConvolutionSolid::make_grid(double cell, double margin) c
   grid.cell = cell;
   grid.margin = margin;
   for (int a = 0; a < 3; ++a) grid.count[a] = static_cast<int>(size[a] / cell) + 1;
-  grid.first.assign(static_cast<std::size_t>(grid.count[0]) * grid.count[1] * grid.count[2] + 1, 0);
+  const std::size_t cells = static_cast<std::size_t>(grid.count[0]) * grid.count[1] * grid.count[2];
+  grid.first.assign(cells + 1, 0);
+  grid.least_reach.assign(cells, std::numeric_limits<double>::infinity());
   // The half diagonal of a cell turns the distance of its centre into one that holds for all of it.
   const double cell_reach = 0.5 * std::sqrt(3.0) * cell + margin + kBoundSlack;
-  const auto each_cell = [&](auto&& visit) {
-    for (std::size_t s = 0; s < kernels_.size(); ++s) {
-      const Kernel& k = kernels_[s];
-      const Vec3 b = k.a + k.length * k.direction;
-      const double reach = k.reach + cell_reach;
-      int from[3], to[3];
-      for (int a = 0; a < 3; ++a) {
-        from[a] = std::max(0, static_cast<int>(std::floor((std::min(k.a[a], b[a]) - reach - grid.low[a]) / cell)));
-        to[a] = std::min(grid.count[a] - 1,
-                         static_cast<int>(std::floor((std::max(k.a[a], b[a]) + reach - grid.low[a]) / cell)));
-      }
-      for (int z = from[2]; z <= to[2]; ++z) {
-        for (int y = from[1]; y <= to[1]; ++y) {
-          for (int x = from[0]; x <= to[0]; ++x) {
-            const Vec3 centre = grid.low + cell * Vec3(x + 0.5, y + 0.5, z + 0.5);
-            if ((closest_point_on_segment(centre, k.a, b) - centre).squaredNorm() > reach * reach) continue;
-            visit((static_cast<std::size_t>(z) * grid.count[1] + y) * grid.count[0] + x, static_cast<Index>(s));
-          }
+  std::vector<std::pair<Index, Index>> visits;  // cell, strut
+  for (std::size_t s = 0; s < kernels_.size(); ++s) {
+    const Kernel& k = kernels_[s];
+    const Vec3 b = k.a + k.length * k.direction;
+    const double reach = k.reach + cell_reach;
+    int from[3], to[3];
+    for (int a = 0; a < 3; ++a) {
+      from[a] = std::max(0, static_cast<int>(std::floor((std::min(k.a[a], b[a]) - reach - grid.low[a]) / cell)));
+      to[a] = std::min(grid.count[a] - 1,
+                       static_cast<int>(std::floor((std::max(k.a[a], b[a]) + reach - grid.low[a]) / cell)));
+    }
+    for (int z = from[2]; z <= to[2]; ++z) {
+      for (int y = from[1]; y <= to[1]; ++y) {
+        for (int x = from[0]; x <= to[0]; ++x) {
+          const Vec3 centre = grid.low + cell * Vec3(x + 0.5, y + 0.5, z + 0.5);
+          if (k.distance2(centre) > reach * reach) continue;
+          visits.emplace_back((z * grid.count[1] + y) * grid.count[0] + x, static_cast<Index>(s));
         }
       }
     }
-  };
-  each_cell([&](std::size_t c, Index) { ++grid.first[c + 1]; });
+  }
+  for (const auto& [c, s] : visits) {
+    ++grid.first[c + 1];
+    grid.least_reach[c] = std::min(grid.least_reach[c], kernels_[s].reach);
+  }
   for (std::size_t c = 1; c < grid.first.size(); ++c) grid.first[c] += grid.first[c - 1];
   grid.struts.resize(grid.first.back());
   std::vector<Index> next(grid.first.begin(), grid.first.end() - 1);
-  each_cell([&](std::size_t c, Index s) { grid.struts[next[c]++] = s; });
+  for (const auto& [c, s] : visits) grid.struts[next[c]++] = s;
   return grid;
 }
 
-std::span<const Index> ConvolutionSolid::Grid::near(const Vec3& p) const {
+std::ptrdiff_t ConvolutionSolid::Grid::cell_of(const Vec3& p) const {
   std::array<int, 3> at{};
   for (int a = 0; a < 3; ++a) {
-    const double x = std::floor((p[a] - low[a]) / cell);
-    if (!(x >= 0.0 && x < count[a])) return {};
+    const double x = (p[a] - low[a]) / cell;
+    if (!(x >= 0.0 && x < count[a])) return -1;
     at[a] = static_cast<int>(x);
   }
-  const std::size_t c = (static_cast<std::size_t>(at[2]) * count[1] + at[1]) * count[0] + at[0];
+  return (static_cast<std::ptrdiff_t>(at[2]) * count[1] + at[1]) * count[0] + at[0];
+}
+
+std::span<const Index> ConvolutionSolid::Grid::near(const Vec3& p) const {
+  const std::ptrdiff_t c = cell_of(p);
+  if (c < 0) return {};
   return {struts.data() + first[c], struts.data() + first[c + 1]};
 }
 
@@ -220,25 +248,60 @@ double ConvolutionSolid::plain_value(const Vec3& p) const {
   return std::max(sum - 1.0, foot_value(p));
 }
 
+bool ConvolutionSolid::inside(const Vec3& p) const {
+  double sum = 0.0;
+  if (!grids_.empty()) {
+    for (const Index s : grids_[0].near(p)) {
+      sum += kernels_[s].at(p);
+      if (sum >= 1.0) return true;
+    }
+  }
+  return foot_value(p) >= 0.0;
+}
+
+const ConvolutionSolid::Grid* ConvolutionSolid::grid_for(double radius) const {
+  const auto grid = std::find_if(grids_.begin(), grids_.end(), [&](const Grid& g) { return g.margin >= radius; });
+  return grid == grids_.end() ? nullptr : &*grid;
+}
+
+template <typename Visit>
+bool ConvolutionSolid::any_near(const Vec3& centre, double radius, const Visit& visit) const {
+  const Grid* grid = grid_for(radius);
+  if (grid == nullptr) return std::any_of(kernels_.begin(), kernels_.end(), visit);
+  const auto near = grid->near(centre);
+  return std::any_of(near.begin(), near.end(), [&](Index s) { return visit(kernels_[s]); });
+}
+
+bool ConvolutionSolid::surely_outside(const Vec3& centre, double radius) const {
+  double high = kBoundSlack;
+  if (any_near(centre, radius, [&](const Kernel& k) { return (high += k.most_in_ball(centre, radius)) >= 1.0; })) return false;
+  return std::all_of(feet_.begin(), feet_.end(), [&](const Foot& foot) {
+    return foot.value(centre) + foot.lipschitz() * radius + kBoundSlack < 0.0;
+  });
+}
+
+bool ConvolutionSolid::may_be_thinner(const Vec3& centre, double radius, double thickness_radius) const {
+  const double thinner = kernel_ratio_ * thickness_radius;
+  if (const Grid* grid = grid_for(radius)) {
+    const std::ptrdiff_t c = grid->cell_of(centre);
+    if (c < 0 || grid->least_reach[c] >= thinner) return false;
+  }
+  return any_near(centre, radius, [&](const Kernel& k) {
+    const double limit = k.reach + radius + kBoundSlack;
+    return k.reach < thinner && k.distance2(centre) < limit * limit;
+  });
+}
+
 Solid::Bounds ConvolutionSolid::bounds(const Vec3& centre, double radius) const {
   double low = 0.0, high = 0.0;
-  // F_e falls with the distance from the line, and with the distance between the point's foot and the strut's middle.
-  const auto add = [&](const Kernel& k) {
+  (void)any_near(centre, radius, [&](const Kernel& k) {
+    high += k.most_in_ball(centre, radius);
     const Vec3 offset = centre - k.a;
     const double along = offset.dot(k.direction);
-    const double distance = std::sqrt(std::max(0.0, offset.squaredNorm() - along * along));
-    const double nearest = std::max(0.0, distance - radius), farthest = distance + radius;
-    const double middle = 0.5 * k.length;
-    if (nearest >= k.reach) return;
-    high += k.contribution(nearest * nearest, std::clamp(middle, along - radius, along + radius));
-    low += k.contribution(farthest * farthest, along > middle ? along + radius : along - radius);
-  };
-  const auto grid = std::find_if(grids_.begin(), grids_.end(), [&](const Grid& g) { return g.margin >= radius; });
-  if (grid != grids_.end()) {
-    for (const Index s : grid->near(centre)) add(kernels_[s]);
-  } else {
-    for (const Kernel& k : kernels_) add(k);
-  }
+    const double farthest = std::sqrt(std::max(0.0, offset.squaredNorm() - along * along)) + radius;
+    low += k.contribution(farthest * farthest, along > 0.5 * k.length ? along + radius : along - radius);
+    return false;
+  });
   Bounds bounds{low - 1.0, high - 1.0};
   for (const Foot& foot : feet_) {
     const double at = foot.value(centre), spread = foot.lipschitz() * radius;

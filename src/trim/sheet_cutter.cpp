@@ -16,23 +16,32 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kCoveringRadius = 0.8660254037844388;
 // Edges inside the solid need not be shorter than this many times the wanted length.
 constexpr double kInsideEdges = 4.0;
+// An edge may be as long as this part of the radius of the thinnest strut near it.
+constexpr double kEdgePerRadius = 0.5;
 // Halving a triangle more often than this makes slivers thinner than rounding along an edge that stays whole.
 constexpr int kMaxDepth = 40;
 constexpr double kRootTolerance_mm = 1e-5;
 // A border that leaves its chord by less is left straight.
 constexpr double kFlatBorder_mm = 2e-3;
 
-// Root of the solid between a point inside (value >= 0) and one outside, by regula falsi with the Illinois rule and a
-// bisection wherever that is slow; the point returned is the inside end of the last bracket.
+// Root of the solid between a point inside (value >= 0) and one outside, by regula falsi with the Illinois rule; a guess
+// nearer than the tolerance to an end of the bracket is moved off it, which closes the bracket from the other side. Bisection
+// wherever four steps have not made it eight times shorter. The point returned is the inside end of the last bracket.
 Vec3 root_between(const Solid& solid, const Vec3& inside, double inside_value, const Vec3& outside, double outside_value) {
   const Vec3 along = outside - inside;
   const double length = along.norm();
+  const double least = 0.45 * kRootTolerance_mm / std::max(length, kRootTolerance_mm);
   double low = 0.0, high = 1.0, low_value = inside_value, high_value = outside_value;
+  double wide = 1.0;
   int last_side = 0;
-  for (int i = 0; i < 60 && (high - low) * length > kRootTolerance_mm; ++i) {
+  for (int i = 0; i < 80 && (high - low) * length > kRootTolerance_mm; ++i) {
     const double slope = low_value - high_value;
     double t = slope > 0.0 ? low + (high - low) * low_value / slope : 0.5 * (low + high);
-    if (i % 4 == 3 || !(t > low && t < high)) t = 0.5 * (low + high);
+    t = std::clamp(t, low + least, high - least);
+    if (i % 4 == 3) {
+      if (high - low > 0.125 * wide || !(t > low && t < high)) t = 0.5 * (low + high);
+      wide = high - low;
+    }
     const double v = solid.value(inside + t * along);
     if (v >= 0.0) {
       low = t;
@@ -55,12 +64,18 @@ Vec3 root_between(const Solid& solid, const Vec3& inside, double inside_value, c
 Index SheetCutter::add_vertex(const Vec3& position) {
   vertices_.push_back(position);
   value_.push_back(kUnknown);
+  side_.push_back(kUnknownSide);
   return static_cast<Index>(vertices_.size()) - 1;
 }
 
 double SheetCutter::value(Index vertex) {
   if (std::isnan(value_[vertex])) value_[vertex] = solid_.value(vertices_[vertex]);
   return value_[vertex];
+}
+
+bool SheetCutter::inside(Index vertex) {
+  if (side_[vertex] == kUnknownSide) side_[vertex] = solid_.inside(vertices_[vertex]);
+  return side_[vertex] == 1;
 }
 
 double SheetCutter::area(const Corners& t) const { return triangle_area(vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]); }
@@ -72,7 +87,7 @@ void SheetCutter::keep(const Corners& t, Index tet) {
 
 bool SheetCutter::may_be_inside(Index a, Index b) const {
   const Vec3 middle = 0.5 * (vertices_[a] + vertices_[b]);
-  return solid_.bounds(middle, 0.5 * (vertices_[b] - vertices_[a]).norm()).high >= 0.0;
+  return !solid_.surely_outside(middle, 0.5 * (vertices_[b] - vertices_[a]).norm());
 }
 
 void SheetCutter::add_triangle(const std::array<Index, 3>& corners, Index tet) {
@@ -101,25 +116,33 @@ void SheetCutter::add_triangle(const std::array<Index, 3>& corners, Index tet) {
 
 // The decision hangs on the edge alone: longer than wanted, and the solid's surface may be within the ball that covers any
 // triangle whose longest edge it is. So both triangles at an edge agree, and no triangle that the solid meets from outside
-// stays large. Deep inside, where bounds seldom prove anything, an edge of moderate length stays whole when its ends and its
-// middle are inside: struts are convex, so all that this can overlook is a notch or a hole narrower than half the edge.
+// stays large. What is wanted grows with the thinnest strut that reaches into that ball. Inside, an edge of moderate length
+// stays whole when its ends and its middle are inside: struts are convex, so all that this can overlook is a notch or a hole
+// narrower than half the edge.
 Index SheetCutter::decide(Index a, Index b) {
   const double length = (vertices_[b] - vertices_[a]).norm();
   if (length <= edge_length_) return kWhole;
   const auto slot = midpoints_.at(a, b);
   if (!slot.is_new) return slot.value;
   const Vec3 middle = 0.5 * (vertices_[a] + vertices_[b]);
+  const double radius = kCoveringRadius * length;
+  const auto short_enough = [&](double wanted) {
+    return wanted <= edge_length_ || !solid_.may_be_thinner(middle, radius, wanted / kEdgePerRadius);
+  };
   // Points cost less than bounds: where an end is inside, no bound can prove the ball outside.
-  const bool a_inside = value(a) >= 0.0, b_inside = value(b) >= 0.0;
-  double middle_value = kUnknown;
-  if (!a_inside && !b_inside) {
-    if (solid_.bounds(middle, kCoveringRadius * length).high < 0.0) return slot.value = kOutside;
-  } else if (a_inside && b_inside && length <= kInsideEdges * edge_length_) {
-    middle_value = solid_.value(middle);
-    if (middle_value >= 0.0) return kWhole;
+  const bool a_inside = inside(a), b_inside = inside(b);
+  std::int8_t middle_side = kUnknownSide;
+  if (a_inside && b_inside) {
+    if (short_enough(length / kInsideEdges)) {
+      middle_side = solid_.inside(middle);
+      if (middle_side == 1) return slot.value = kWhole;
+    }
+  } else if (!a_inside && !b_inside && solid_.surely_outside(middle, radius)) {
+    return slot.value = kOutside;
   }
+  if (short_enough(length)) return slot.value = kWhole;
   slot.value = add_vertex(middle);
-  value_.back() = middle_value;
+  side_.back() = middle_side;
   return slot.value;
 }
 
@@ -158,9 +181,9 @@ Index SheetCutter::cut_point(Index inside, Index outside) {
   const auto slot = cuts_.at(inside, outside);
   if (slot.is_new) {
     const Vec3 root =
-        root_between(solid_, vertices_[inside], value_[inside], vertices_[outside], value_[outside]);
+        root_between(solid_, vertices_[inside], value(inside), vertices_[outside], value(outside));
     slot.value = add_vertex(root);
-    value_.back() = 0.0;
+    side_.back() = 1;
   }
   return slot.value;
 }
@@ -176,7 +199,7 @@ Index SheetCutter::border_point(Index from, Index p, Index q, Index edge_a, Inde
   if (chord <= 4.0 * kFlatBorder_mm || reach <= kFlatBorder_mm) return kNone;
   const double middle_value = solid_.value(middle);
   // Towards the corner the line ends there; away from it, just before the opposite edge, or half a chord further.
-  const bool corner_inside = value_[from] >= 0.0;
+  const bool corner_inside = inside(from);
   const bool towards_corner = corner_inside != (middle_value >= 0.0);
   Vec3 end = corner + 0.05 * direction;
   if (!towards_corner) {
@@ -197,22 +220,22 @@ Index SheetCutter::border_point(Index from, Index p, Index q, Index edge_a, Inde
 }
 
 void SheetCutter::cut(const Corners& t, Index tet) {
-  int inside = 0;
+  int count = 0;
   std::array<bool, 3> in{};
   for (int c = 0; c < 3; ++c) {
-    in[c] = value(t[c]) >= 0.0;
-    inside += in[c];
+    in[c] = inside(t[c]);
+    count += in[c];
   }
-  if (inside == 3) {
+  if (count == 3) {
     keep(t, tet);
     return;
   }
-  if (inside == 0) {
+  if (count == 0) {
     cut_away_ += area(t);
     return;
   }
   // Turn the triangle so that the corner that is alone on its side comes first.
-  const bool alone_inside = inside == 1;
+  const bool alone_inside = count == 1;
   const int first = in[0] == alone_inside && in[1] != alone_inside && in[2] != alone_inside ? 0
                     : in[1] == alone_inside && in[2] != alone_inside                        ? 1
                                                                                             : 2;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "curvesup/solid/solid.h"
@@ -33,6 +34,7 @@ class SheetCutter {
   };
   [[nodiscard]] double area(const Corners& t) const;
   double value(Index vertex);
+  bool inside(Index vertex);
   // What becomes of an edge: the id of its midpoint where it has to be split, else one of the two below.
   static constexpr Index kWhole = -1;    // short enough, or inside
   static constexpr Index kOutside = -2;  // and so is any triangle whose longest edge it is
@@ -46,7 +48,9 @@ class SheetCutter {
   const Solid& solid_;
   double edge_length_;
   std::vector<Vec3> vertices_;
-  std::vector<double> value_;  // NaN: not asked for yet
+  static constexpr std::int8_t kUnknownSide = -1;
+  std::vector<double> value_;       // NaN: not asked for yet
+  std::vector<std::int8_t> side_;   // 1 inside, 0 outside
   std::vector<std::array<Index, 3>> triangles_;
   std::vector<Index> triangle_tet_;
   std::vector<Pending> pending_;

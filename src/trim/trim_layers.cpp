@@ -36,7 +36,7 @@ std::vector<char> reachable_tets(const Domain& domain, const Solid& solid, const
       for (const Index v : domain.mesh.tets[t]) centre += 0.25 * domain.mesh.vertices[v];
       double radius = 0.0;
       for (const Index v : domain.mesh.tets[t]) radius = std::max(radius, (domain.mesh.vertices[v] - centre).norm());
-      reachable[t] = solid.bounds(centre, radius).high >= 0.0;
+      reachable[t] = !solid.surely_outside(centre, radius);
     }
   });
   return reachable;

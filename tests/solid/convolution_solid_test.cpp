@@ -6,6 +6,7 @@
 #include <random>
 
 #include "curvesup/core/error.h"
+#include "curvesup/mesh/triangle_mesh.h"
 
 namespace curvesup {
 namespace {
@@ -127,6 +128,33 @@ TEST(ConvolutionSolid, BoundsEncloseEveryPointOfTheBall) {
     decided += radius < 0.3 && (bounds.low > 0.0 || bounds.high < 0.0);
   }
   EXPECT_GT(decided, 900) << "bounds of small balls must decide most of the time";
+}
+
+TEST(ConvolutionSolid, FastAnswersAgreeWithTheSlowOnes) {
+  const std::vector<Strut> struts = random_struts(150, 14);
+  const ConvolutionSolid solid(struts);
+  std::mt19937 random(15);
+  std::uniform_real_distribution<double> place(-5.0, 35.0), size(0.0, 1.0);
+  int outside = 0, inside = 0, thick = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 p(place(random), place(random), place(random));
+    const double radius = std::pow(10.0, -1.0 + 1.5 * size(random));
+    ASSERT_EQ(solid.inside(p), solid.value(p) >= 0.0);
+    inside += solid.inside(p);
+    const Solid::Bounds bounds = solid.bounds(p, radius);
+    if (std::abs(bounds.high) > 1e-7) ASSERT_EQ(solid.surely_outside(p, radius), bounds.high < 0.0);
+    outside += bounds.high < 0.0;
+    bool thinner = false;
+    for (const Strut& s : struts) {
+      thinner = thinner || (s.radius_mm < 1.2 &&
+                            (closest_point_on_segment(p, s.a, s.b) - p).norm() < radius + 1.5 * s.radius_mm);
+    }
+    ASSERT_EQ(solid.may_be_thinner(p, radius, 1.2), thinner);
+    thick += !thinner;
+  }
+  EXPECT_GT(inside, 500);
+  EXPECT_GT(outside, 500);
+  EXPECT_GT(thick, 500);
 }
 
 TEST(ConvolutionSolid, BoundsTightenWithTheBall) {

@@ -39,6 +39,10 @@ class ConvolutionSolid : public Solid {
 
   [[nodiscard]] double value(const Vec3& p) const override;
   [[nodiscard]] Bounds bounds(const Vec3& centre, double radius) const override;
+  [[nodiscard]] bool inside(const Vec3& p) const override;
+  [[nodiscard]] bool surely_outside(const Vec3& centre, double radius) const override;
+  // Thinner is a strut of a smaller radius whose kernel reaches into the ball.
+  [[nodiscard]] bool may_be_thinner(const Vec3& centre, double radius, double thickness_radius) const override;
 
   // The same function by a loop over all struts.
   [[nodiscard]] double plain_value(const Vec3& p) const;
@@ -52,6 +56,8 @@ class ConvolutionSolid : public Solid {
     Vec3 a, direction;
     double length, reach, reach2, scale;  // R, R^2, w (2 / R)^4
     [[nodiscard]] double contribution(double distance2, double along) const;
+    [[nodiscard]] double distance2(const Vec3& p) const;  // from the strut
+    [[nodiscard]] double most_in_ball(const Vec3& centre, double radius) const;
     [[nodiscard]] double at(const Vec3& p) const;
   };
   // Which struts can contribute anywhere in a cell, or within `margin` of it.
@@ -60,6 +66,8 @@ class ConvolutionSolid : public Solid {
     double cell = 1.0, margin = 0.0;
     std::array<int, 3> count{};
     std::vector<Index> first, struts;
+    std::vector<double> least_reach;  // per cell, of those
+    [[nodiscard]] std::ptrdiff_t cell_of(const Vec3& p) const;  // -1: outside of the grid, far from every strut
     [[nodiscard]] std::span<const Index> near(const Vec3& p) const;
   };
   // A cone from the platform up around a trunk.
@@ -74,11 +82,16 @@ class ConvolutionSolid : public Solid {
   void add_feet(const Skeleton& skeleton, const ConvolutionOptions& options);
   [[nodiscard]] Grid make_grid(double cell, double margin) const;
   [[nodiscard]] double foot_value(const Vec3& p) const;
+  [[nodiscard]] const Grid* grid_for(double radius) const;
+  // Calls visit(kernel), until it returns true, for all that may reach into the ball; whether it did.
+  template <typename Visit>
+  [[nodiscard]] bool any_near(const Vec3& centre, double radius, const Visit& visit) const;
 
   std::vector<Kernel> kernels_;
   std::vector<Foot> feet_;
   std::vector<Grid> grids_;  // [0] for value(), then ever coarser ones for bounds()
   Vec3 low_ = Vec3::Zero(), high_ = Vec3::Zero();
+  double kernel_ratio_ = 1.5;
 };
 
 }  // namespace curvesup

@@ -15,6 +15,18 @@ class Solid {
   };
   // Bounds that enclose value(p) for every p in the ball; conservative, never wrong.
   [[nodiscard]] virtual Bounds bounds(const Vec3& centre, double radius) const = 0;
+
+  // Three questions that a solid may answer faster than by value() and bounds().
+  // value(p) >= 0, exactly.
+  [[nodiscard]] virtual bool inside(const Vec3& p) const { return value(p) >= 0.0; }
+  // Whether value(p) < 0 is proved for every p in the ball.
+  [[nodiscard]] virtual bool surely_outside(const Vec3& centre, double radius) const {
+    return bounds(centre, radius).high < 0.0;
+  }
+  // Whether a part of the solid with a smaller radius than `thickness_radius` may lie in the ball; never wrongly false.
+  [[nodiscard]] virtual bool may_be_thinner(const Vec3& /*centre*/, double /*radius*/, double /*thickness_radius*/) const {
+    return true;
+  }
 };
 
 }  // namespace curvesup

@@ -11,8 +11,8 @@
 namespace curvesup {
 
 struct TrimOptions {
-  // Longest triangle edge where the solid's surface passes: half the radius of the thinnest strut. Cut points lie on the
-  // surface whatever this is; it bounds how far the border runs straight between them.
+  // Longest triangle edge where the solid's surface passes, or half the radius of the thinnest strut that reaches there
+  // where that is more. Cut points lie on the surface whatever this is; it bounds how far the border runs straight.
   double edge_length_mm = 0.4;
   double min_piece_area_mm2 = 0.32;  // smaller pieces are removed and listed; half a squared bead
   // Support thicker than this is laid in passes; 0: 1.2 times the model's median thickness.
@@ -62,7 +62,7 @@ struct TrimResult {
 
 // Cuts the support's layers by the solid (paper, equation 2 and the cases N = 0..3 of its trimming step). A triangle is
 // skipped only when the solid's interval bound proves it outside; else it is refined, by a rule that looks at each edge alone,
-// so that neighbours agree and a sheet stays without cracks. Inside, edges of up to four times edge_length_mm stay whole when
+// so that neighbours agree and a sheet stays without cracks. Inside, edges of up to four times that length stay whole when
 // their ends and middles are inside: a notch or hole narrower than half such an edge can be printed over, no strut can be
 // missed. Cut points are roots of the solid along an
 // edge, shared by its two triangles; the border between two of them gets one more root. Inside is value >= 0.
