@@ -6,6 +6,7 @@
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
 #include "curvesup/io/text_file.h"
+#include "curvesup/pipeline/machine_config.h"
 
 namespace curvesup {
 
@@ -252,6 +253,7 @@ void check_contradictions(const Json& values, const Json& resolved) {
   if (number("toolpath.min_bead_mm") > number("toolpath.bead_width_mm") || number("toolpath.max_bead_mm") < number("toolpath.bead_width_mm")) {
     fail("config keys toolpath.min_bead_mm, toolpath.bead_width_mm and toolpath.max_bead_mm", "they are not in ascending order");
   }
+  (void)machine_from_config(config_value(resolved, "machine"));  // throws where the machine contradicts itself
   const std::string source = config_value(resolved, "field.source").get<std::string>();
   if (source != "direction" && config_value(resolved, "field.path").is_null()) {
     fail("config keys field.source and field.path", "source " + source + " needs a path", "set field.path");
@@ -298,7 +300,7 @@ Json resolve_config(const ConfigSource& config) {
 
 const Json& config_value(const Json& resolved, std::string_view path) {
   const Json* value = find_value(resolved, path);
-  if (value == nullptr) throw Error(ErrorKind::internal, "config", "no key " + std::string(path));
+  if (value == nullptr) fail("config key " + std::string(path), "is missing from the resolved config");
   return *value;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "curvesup/core/angle.h"
+#include "curvesup/core/error.h"
 #include "curvesup/pipeline/config.h"
 
 namespace curvesup {
@@ -89,11 +90,16 @@ class OptionTable {
     for (const Row& row : rows_) keys.push_back(row.key);
     return keys;
   }
-  // The options that a resolved config holds.
+  // The options that a resolved config holds. Throws Error{usage} naming a key that is missing or of the wrong type.
   [[nodiscard]] Target read(const Json& resolved) const {
     Target target = defaults_;
     for (const Row& row : rows_) {
-      if (row.set) row.set(target, config_value(resolved, row.key.path));
+      if (!row.set) continue;
+      try {
+        row.set(target, config_value(resolved, row.key.path));
+      } catch (const nlohmann::json::exception&) {
+        throw Error(ErrorKind::usage, "config key " + row.key.path, "has a value of the wrong type");
+      }
     }
     return target;
   }
