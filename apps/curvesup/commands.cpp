@@ -7,13 +7,17 @@
 #include <iostream>
 #include <thread>
 
+#include "curvesup/check/check_output.h"
 #include "curvesup/core/error.h"
 #include "curvesup/io/output_folder.h"
 #include "curvesup/pipeline/compare.h"
 #include "curvesup/pipeline/config.h"
+#include "curvesup/pipeline/machine_config.h"
 #include "curvesup/pipeline/inspect.h"
 #include "curvesup/io/tet_file.h"
+#include "curvesup/io/text_file.h"
 #include "curvesup/pipeline/slice.h"
+#include "curvesup/preview/inspect.h"
 #include "terminal.h"
 
 namespace curvesup::cli {
@@ -132,9 +136,24 @@ int run_compare(const Arguments& arguments) {
 }
 
 int run_inspect(const Arguments& arguments) {
-  const MeshDiagnosis diagnosis = diagnose_mesh(read_tet_file(arguments.model));
-  std::cout << diagnosis_text(fs::path(arguments.model).filename().string(), diagnosis);
+  const TetMesh mesh = read_tet_file(arguments.model);
+  const MeshDiagnosis diagnosis = diagnose_mesh(mesh);
+  const std::string name = fs::path(arguments.model).filename().string();
+  std::cout << diagnosis_text(name, diagnosis);
+  if (!arguments.out.empty()) write_file(arguments.out, inspect_html(diagnosis, mesh, name));
   return diagnosis.usable() ? 0 : exit_code(ErrorKind::input);
+}
+
+int run_check(const Arguments& arguments) {
+  const fs::path folder(arguments.out);
+  const Json config = read_config(folder / "config.resolved.json").values;
+  CheckOutputResult result;
+  {
+    Session session(arguments);
+    result = check_output(folder, machine_from_config(config_value(config, "machine")), session.context);
+  }
+  std::cout << check_summary(result);
+  return result.ok ? 0 : 1;
 }
 
 int run_config_check(const Arguments& arguments) {
@@ -175,7 +194,13 @@ int run(int argc, char** argv) {
 
   auto* inspect_command = app.add_subcommand("inspect", "What is wrong with this mesh, with element ids");
   inspect_command->add_option("MODEL", arguments.model, "model.tet")->required();
-  inspect_command->footer("Example: curvesup inspect model.tet");
+  inspect_command->add_option("-o,--out", arguments.out, "Page to write, with the bad elements marked");
+  inspect_command->footer("Example: curvesup inspect model.tet -o diagnosis.html");
+
+  auto* check_command = app.add_subcommand("check", "Re-read the robot and Duet programs of an output folder and prove them");
+  check_command->add_option("OUT", arguments.out, "output folder of slice")->required();
+  check_command->add_option("--threads", arguments.threads, "Worker threads")->check(CLI::Range(1, 256));
+  check_command->footer("Example: curvesup check model_out");
 
   auto* config_command = app.add_subcommand("config", "Print, explain and check the config");
   config_command->require_subcommand(1);
@@ -202,6 +227,7 @@ int run(int argc, char** argv) {
     if (slice_command->parsed()) return run_slice(arguments);
     if (compare_command->parsed()) return run_compare(arguments);
     if (inspect_command->parsed()) return run_inspect(arguments);
+    if (check_command->parsed()) return run_check(arguments);
     if (init->parsed()) std::cout << default_config().dump(2) << "\n";
     if (schema->parsed()) std::cout << config_schema().dump(2) << "\n";
     if (explain->parsed()) std::cout << explain_key(arguments.key);

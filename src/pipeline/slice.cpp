@@ -77,15 +77,16 @@ SliceOutcome slice(const SliceRequest& request, const RunContext& outer) {
   const StageMeter meter;
   outcome.ok = state.robot_ok() && std::all_of(state.checks.begin(), state.checks.end(), [](const Check& c) { return c.ok; });
   outcome.exit_code = !state.robot_ok() ? exit_code(ErrorKind::robot) : outcome.ok ? 0 : 1;
-  write_artifacts(folder, state, outer);
-  outcome.times.push_back(meter.stop("write"));
-
   outcome.report = {{"program", {{"name", "curvesup"}, {"version", CURVESUP_VERSION}}},
                     {"input", {{"model", request.model_file.filename().string()}, {"sha256", state.input_sha256}}},
                     {"ok", outcome.ok},
                     {"checks", checks_json(state.checks)},
-                    {"stages", times_json(outcome.times)}};
+                    {"stages", Json::array()}};
   for (const auto& [name, section] : state.report.items()) outcome.report[name] = section;
+  write_artifacts(folder, state, outer);
+  write_pictures(folder, state, outcome.report, outer);
+  outcome.times.push_back(meter.stop("write"));
+  outcome.report["stages"] = times_json(outcome.times);
   write_index(folder, state, outcome.report);
   outer.check_stop();
   folder.commit();

@@ -37,6 +37,7 @@ struct SliceState {
   std::shared_ptr<const Solid> solid;
   TrimResult trim;
   ToolpathResult toolpath;
+  SupportCertificate certificate;
   MotionResult motion;
   EmittedFiles emitted;
 

@@ -289,9 +289,10 @@ void toolpath(SliceState& state, const RunContext& run) {
 
 void certificate(SliceState& state, const RunContext& run) {
   const bool tree = state.supported && config_value(state.config, "support.method") == "tree";
-  const SupportCertificate proof =
+  state.certificate =
       certify_support(state.model.model, state.overhang.blocked, state.domain.domain, state.extension.field, state.trim.stack,
                       tree ? &state.skeleton.skeleton : nullptr, certificate_options(state.config), run);
+  const SupportCertificate& proof = state.certificate;
   if (state.supported) state.add_checks(proof.checks);
   Json uncovered = Json::array(), floating = Json::array();
   for (const auto& face : proof.uncovered) uncovered.push_back({{"face", face.face}, {"area_mm2", face.area_mm2}});
@@ -338,7 +339,7 @@ void motion(SliceState& state, const RunContext& run) {
                             {"tilt_deviation_p95_deg", report.tilt_deviation_p95_deg},
                             {"tilt_deviation_max_deg", report.tilt_deviation_max_deg},
                             {"unreachable", report.unreachable_waypoints},
-                            {"collisions", report.colliding_waypoints},
+                            {"collisions", report.colliding_waypoints + report.colliding_travels},
                             {"min_singularity_metric", report.min_singularity_metric},
                             {"max_joint_speed_ratio", report.max_joint_speed_ratio},
                             {"rotation_limited", report.rotation_limited},

@@ -4,6 +4,9 @@
 #include <map>
 
 #include "artifacts.h"
+#include "curvesup/core/format.h"
+#include "curvesup/preview/plots.h"
+#include "curvesup/preview/preview.h"
 #include "curvesup/core/error.h"
 #include "curvesup/pipeline/machine_config.h"
 
@@ -37,6 +40,8 @@ std::string description_of(const std::string& path, const SliceState& state) {
   for (const EmittedFile& file : state.emitted.files) {
     if (path == file.name) return file.description;
   }
+  if (path == "preview.html") return "open it in a browser: part, support, layers, toolpaths, checks, report";
+  if (path.starts_with("plots/")) return "a plot of the report";
   if (path.starts_with("waypoints/")) return "waypoints of one path";
   return {};
 }
@@ -76,6 +81,66 @@ void write_artifacts(OutputFolder& folder, const SliceState& state, const RunCon
     const Machine machine = machine_from_config(config_value(state.config, "machine"));
     for (const EmittedFile& file : emit_waypoints(state.toolpath.toolpaths, state.motion.motion, machine, run)) write(file.name, file.content);
   }
+}
+
+namespace {
+
+std::vector<PreviewMark> certificate_marks(const SliceState& state) {
+  std::vector<PreviewMark> marks;
+  for (const auto& piece : state.certificate.floating) {
+    marks.push_back({"certificate.floating_pieces", piece.centroid, format("layer %d: %.2f mm2 rest on nothing", piece.layer, piece.area_mm2)});
+  }
+  const auto& model = state.model.model;
+  for (const auto& face : state.certificate.uncovered) {
+    const auto& v = model.boundary[face.face].vertices;
+    const Vec3 centre = (model.mesh.vertices[v[0]] + model.mesh.vertices[v[1]] + model.mesh.vertices[v[2]]) / 3.0;
+    marks.push_back({"certificate.coverage", centre, format("face %d: %.3f mm2 without support", face.face, face.area_mm2)});
+  }
+  return marks;
+}
+
+template <class Result>
+const Result* if_done(const SliceState& state, std::string_view stage, const Result& result) {
+  return done(state, stage) ? &result : nullptr;
+}
+
+}  // namespace
+
+void write_pictures(OutputFolder& folder, const SliceState& state, const Json& report, const RunContext& run) {
+  if (!done(state, "layers")) return;
+  const LayerStack* layers = done(state, "trim") ? &state.trim.stack : &state.layers.stack;
+  const Toolpaths* toolpaths = if_done(state, "toolpath", state.toolpath.toolpaths);
+  const Motion* motion = state.robot_ok() ? if_done(state, "motion", state.motion.motion) : nullptr;
+
+  const Machine machine = machine_from_config(config_value(state.config, "machine"));
+
+  std::vector<Plot> plots;
+  if (wanted(state, "plots") || wanted(state, "preview")) {
+    plots = make_plots({.field = &state.extension.field, .layers = layers, .toolpaths = toolpaths, .motion = motion, .arm = machine.arm});
+  }
+  if (wanted(state, "plots")) {
+    for (const Plot& plot : plots) folder.write("plots/" + plot.name + ".png", plot.png);
+  }
+  if (!wanted(state, "preview")) return;
+
+  std::vector<PreviewFile> files;
+  for (const OutputFolder::File& file : folder.files()) files.push_back({file.path, file.bytes, description_of(file.path, state)});
+  std::vector<PreviewMark> marks = certificate_marks(state);
+  for (const auto& more : {marks_of(state.motion.report), marks_of(state.toolpath.report)}) marks.insert(marks.end(), more.begin(), more.end());
+  folder.write("preview.html",
+               preview_html({.model = &state.model.model,
+                             .overhang = &state.overhang,
+                             .skeleton = if_done(state, "skeleton", state.skeleton.skeleton),
+                             .layers = layers,
+                             .toolpaths = toolpaths,
+                             .motion = motion,
+                             .checks = state.checks,
+                             .marks = marks,
+                             .plots = plots,
+                             .files = files,
+                             .report_json = report.dump(),
+                             .config_json = state.config.dump()},
+                            {.title = state.model.model.name, .nozzle_half_angle = machine.tool.cone_half_angle, .nozzle_length_mm = machine.tool.cone_length_mm}, run));
 }
 
 void write_index(OutputFolder& folder, const SliceState& state, const Json& report) {

@@ -8,6 +8,9 @@ namespace curvesup {
 // Writes every artifact of the stages that have run.
 void write_artifacts(OutputFolder& folder, const SliceState& state, const RunContext& run);
 
+// Writes plots and preview.html, which list the files so far.
+void write_pictures(OutputFolder& folder, const SliceState& state, const Json& report, const RunContext& run);
+
 // Writes manifest.json over all files so far, then report.json.
 void write_index(OutputFolder& folder, const SliceState& state, const Json& report);
 
