@@ -1,0 +1,389 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "check/sheet_pieces.h"
+#include "check/toolpath_certificate_parts.h"
+#include "curvesup/mesh/triangle_mesh.h"
+
+namespace curvesup::certificate {
+
+namespace {
+
+constexpr double kMostCells = 1e6;
+constexpr double kTouch = 0.01;          // mm; a triangle that near is one that the bead runs on
+constexpr double kSegmentStep = 0.3;     // mm between the points where a segment is looked at
+constexpr double kSpacingReach = 1.75;   // beads
+constexpr double kParallelCosine = 0.9;  // about 25 degrees
+
+// Elements by the cells that their boxes meet, as one flat table.
+class ElementGrid {
+ public:
+  // box_of(i) gives the pair (low, high) of element i.
+  ElementGrid(Index count, double cell_mm, const auto& box_of) {
+    Vec3 low = Vec3::Constant(std::numeric_limits<double>::max()), high = -low;
+    for (Index i = 0; i < count; ++i) {
+      const auto [a, b] = box_of(i);
+      low = low.cwiseMin(a);
+      high = high.cwiseMax(b);
+    }
+    if (count == 0) low = high = Vec3::Zero();
+    grid_ = CellGrid(low, high, cell_mm, kMostCells);
+    first_.assign(grid_.cells() + 1, 0);
+    const auto for_each_entry = [&](const auto& use) {
+      for (Index i = 0; i < count; ++i) {
+        const auto [a, b] = box_of(i);
+        grid_.visit(a, b, [&](std::size_t cell) {
+          use(cell, i);
+          return false;
+        });
+      }
+    };
+    for_each_entry([&](std::size_t cell, Index) { ++first_[cell + 1]; });
+    for (std::size_t c = 0; c < grid_.cells(); ++c) first_[c + 1] += first_[c];
+    entries_.resize(first_.back());
+    for_each_entry([&](std::size_t cell, Index i) { entries_[first_[cell]++] = i; });
+    // Filling moved each start to its end; the starts are the ends of the cells before.
+    for (std::size_t c = grid_.cells(); c > 0; --c) first_[c] = first_[c - 1];
+    first_[0] = 0;
+  }
+
+  // Calls use(i) for the elements near the cube of half side `reach` around p, some of them twice, until it is true.
+  bool visit(const Vec3& p, double reach, const auto& use) const {
+    return grid_.visit(p.array() - reach, p.array() + reach, [&](std::size_t cell) {
+      for (Index e = first_[cell]; e < first_[cell + 1]; ++e) {
+        if (use(entries_[e])) return true;
+      }
+      return false;
+    });
+  }
+
+ private:
+  CellGrid grid_;
+  std::vector<Index> first_, entries_;
+};
+
+struct Facet {
+  Vec3 a, b, c;
+  Vec3 normal;  // unit
+  double rise;  // z of the print direction
+  double thickness;
+  Index piece;
+};
+
+double local_height(const Facet& facet, double z) {
+  return std::min(facet.thickness, std::max(0.0, z + 0.5 * facet.thickness * facet.rise));
+}
+
+std::vector<Facet> facets_of(const SheetTask& task, Index sheet_index, const std::vector<Piece>& pieces) {
+  const Sheet& sheet = task.printed.sheets[sheet_index];
+  std::vector<Facet> facets(sheet.triangle_count);
+  for (std::size_t piece = 0; piece < pieces.size(); ++piece) {
+    for (const Index t : pieces[piece].triangles) {
+      const auto [a, b, c] = corners_of(task.printed, t);
+      const Vec3 gradient = task.field.gradient[task.printed.triangle_tet[t]];
+      const double slope = std::max(gradient.norm(), 1e-12);
+      const Vec3 n = area_normal(a, b, c);
+      facets[t - sheet.first_triangle] = {.a = a,
+                                          .b = b,
+                                          .c = c,
+                                          .normal = n.norm() > 0.0 ? Vec3(n.normalized()) : Vec3(gradient / slope),
+                                          .rise = gradient.z() / slope,
+                                          .thickness = 1.0 / (slope * task.printed.count * sheet.passes),
+                                          .piece = static_cast<Index>(piece)};
+    }
+  }
+  return facets;
+}
+
+// What a point of a path finds under itself.
+struct Footing {
+  double distance = kFarMm;
+  double lowest = std::numeric_limits<double>::max(), highest = 0.0;  // local heights of the triangles that it touches
+};
+
+class SheetSurface {
+ public:
+  SheetSurface(const SheetTask& task, Index sheet, const std::vector<Piece>& pieces)
+      : facets_(facets_of(task, sheet, pieces)),
+        limit_(task.options.max_distance_mm),
+        grid_(static_cast<Index>(facets_.size()), cell_size(pieces), [&](Index i) {
+          const Facet& f = facets_[i];
+          return std::pair<Vec3, Vec3>(f.a.cwiseMin(f.b).cwiseMin(f.c), f.a.cwiseMax(f.b).cwiseMax(f.c));
+        }),
+        touched_(pieces.size(), 0) {}
+
+  // Also marks the pieces that p touches.
+  Footing footing(const Vec3& p) {
+    if (!p.allFinite()) return {};
+    Footing found = look(p, limit_);
+    if (found.distance > limit_) found = look(p, kFarMm);
+    return found;
+  }
+  [[nodiscard]] bool touched(std::size_t piece) const { return touched_[piece] != 0; }
+  [[nodiscard]] const std::vector<Facet>& facets() const { return facets_; }
+
+ private:
+  // Cells about as large as a triangle.
+  [[nodiscard]] double cell_size(const std::vector<Piece>& pieces) const {
+    double area = 0.0;
+    for (const Piece& piece : pieces) area += piece.area;
+    return std::max(0.4, 1.2 * std::sqrt(area / std::max<std::size_t>(1, facets_.size())));
+  }
+
+  Footing look(const Vec3& p, double reach) {
+    Footing found;
+    const Facet* nearest = nullptr;
+    grid_.visit(p, reach, [&](Index i) {
+      const Facet& f = facets_[i];
+      if (std::abs(f.normal.dot(p - f.a)) > std::max(found.distance, kTouch)) return false;
+      const double distance = (closest_point_on_triangle(p, f.a, f.b, f.c) - p).norm();
+      if (distance < found.distance) {
+        found.distance = distance;
+        nearest = &f;
+      }
+      if (distance <= kTouch) add(f, p, found);
+      return false;
+    });
+    if (nearest != nullptr && found.distance > kTouch && found.distance <= limit_) add(*nearest, p, found);
+    return found;
+  }
+  void add(const Facet& f, const Vec3& p, Footing& found) {
+    const double height = local_height(f, p.z());
+    found.lowest = std::min(found.lowest, height);
+    found.highest = std::max(found.highest, height);
+    touched_[f.piece] = 1;
+  }
+
+  std::vector<Facet> facets_;
+  double limit_;
+  ElementGrid grid_;
+  std::vector<std::uint8_t> touched_;
+};
+
+struct Segment {
+  Vec3 from, to, normal;
+  double width, height, volume;
+  bool contour;
+};
+
+// Without those that have an end nowhere: their points are counted as off the layer by `measure_points`.
+std::vector<Segment> segments_of(const Toolpaths& toolpaths, const std::vector<Index>& paths) {
+  std::vector<Segment> segments;
+  for (const Index i : paths) {
+    const Path& path = toolpaths.paths[i];
+    for (Index k = path.first_point + 1; k < path.first_point + path.point_count; ++k) {
+      const PathPoint& end = toolpaths.points[k];
+      if (!end.position.allFinite() || !toolpaths.points[k - 1].position.allFinite()) continue;
+      segments.push_back({toolpaths.points[k - 1].position, end.position, end.normal, end.width_mm, end.height_mm,
+                          end.volume_mm3, path.kind == PathKind::contour});
+    }
+  }
+  return segments;
+}
+
+ElementGrid grid_of(const std::vector<Segment>& segments, double cell_mm) {
+  return ElementGrid(static_cast<Index>(segments.size()), cell_mm, [&](Index i) {
+    const Segment& s = segments[i];
+    return std::pair<Vec3, Vec3>(s.from.cwiseMin(s.to), s.from.cwiseMax(s.to));
+  });
+}
+
+double relative_error(double value, double truth) {
+  if (value == truth) return 0.0;
+  const double error = std::abs(value - truth) / std::abs(truth);
+  return std::isfinite(error) ? error : 1.0;
+}
+
+double outside(double value, double low, double high) {
+  if (value >= low && value <= high) return 0.0;
+  return value < low ? relative_error(value, low) : relative_error(value, high);
+}
+
+void measure_points(const SheetTask& task, const std::vector<Index>& paths, SheetSurface& surface,
+                    SheetFindings& found) {
+  for (const Index i : paths) {
+    const Path& path = task.toolpaths.paths[i];
+    for (Index k = path.first_point; k < path.first_point + path.point_count; ++k) {
+      const PathPoint& point = task.toolpaths.points[k];
+      if (k == path.first_point && point.volume_mm3 != 0.0) {
+        ++found.wrong_volumes;
+        found.max_volume_error = std::max(found.max_volume_error, 1.0);
+      }
+      const double distance = surface.footing(point.position).distance;
+      found.points_off += distance > task.options.max_distance_mm;
+      if (distance > found.max_point_distance) {
+        found.max_point_distance = distance;
+        found.farthest_point = point.position;
+      }
+    }
+  }
+}
+
+void measure_segment(const SheetTask& task, const Segment& s, SheetSurface& surface, SheetFindings& found) {
+  const ToolpathCertificateOptions& options = task.options;
+  const double length = (s.to - s.from).norm();
+  ++found.segments;
+  found.length += length;
+  found.bead_area += s.width * length;
+  found.bead_volume += s.volume;
+  const double volume_error = relative_error(s.volume, s.height * s.width * length);
+  found.max_volume_error = std::max(found.max_volume_error, volume_error);
+  found.wrong_volumes += volume_error > options.max_volume_error;
+
+  double lowest = std::numeric_limits<double>::max(), highest = 0.0, farthest = 0.0;
+  Vec3 where = s.to;
+  const int looks = static_cast<int>(std::clamp(std::ceil(length / kSegmentStep), 1.0, 1e4));
+  for (int i = 0; i < looks; ++i) {
+    const Vec3 p = s.from + (i + 0.5) / looks * (s.to - s.from);
+    const Footing footing = surface.footing(p);
+    lowest = std::min(lowest, footing.lowest);
+    highest = std::max(highest, footing.highest);
+    if (footing.distance > farthest) {
+      farthest = footing.distance;
+      where = p;
+    }
+  }
+  if (farthest > options.max_distance_mm) {
+    ++found.segments_off;
+    if (found.leaving.size() < kPlacesKept) found.leaving.push_back({where, farthest});
+  }
+  if (lowest > highest) return;  // nothing under the segment: counted above
+  const double height_error = outside(s.height, lowest, highest);
+  if (height_error > options.max_height_error) {
+    ++found.wrong_heights;
+    found.wrong_height_length += length;
+  }
+  if (height_error > found.max_height_error) {
+    found.max_height_error = height_error;
+    found.worst_height = s.to;
+  }
+}
+
+// Points at equal steps of area through the sheet, in the order of its triangles.
+void for_each_sample(const std::vector<Facet>& facets, double per_mm2, const auto& use) {
+  const double step = 1.0 / per_mm2;
+  double done = 0.0;
+  Index sample = 0;
+  for (const Facet& f : facets) {
+    const double area = triangle_area(f.a, f.b, f.c);
+    for (; (sample + 0.5) * step < done + area; ++sample) {
+      // Uniform in the triangle: one coordinate from the place in the walk, one from the golden ratio.
+      double u = std::clamp(((sample + 0.5) * step - done) / area, 0.0, 1.0);
+      double v = std::fmod(0.5 + sample * 0.6180339887498949, 1.0);
+      if (u + v > 1.0) {
+        u = 1.0 - u;
+        v = 1.0 - v;
+      }
+      use(Vec3(f.a + u * (f.b - f.a) + v * (f.c - f.a)));
+    }
+    done += area;
+  }
+}
+
+void measure_coverage(const SheetTask& task, const std::vector<Facet>& facets, const std::vector<Segment>& segments,
+                      const ElementGrid& grid, SheetFindings& found) {
+  const double nominal = task.options.bead_width_mm;
+  double widest = nominal;
+  for (const Segment& s : segments) widest = std::max(widest, s.width);
+  widest = std::min(widest, 4.0 * nominal);  // a wrong width must not make the search endless
+  for_each_sample(facets, task.samples_per_mm2, [&](const Vec3& p) {
+    bool covered = false, bead_covered = false;
+    grid.visit(p, 0.55 * widest, [&](Index i) {
+      const Segment& s = segments[i];
+      const double distance = (closest_point_on_segment(p, s.from, s.to) - p).norm();
+      covered = covered || distance <= 0.55 * nominal;
+      bead_covered = bead_covered || distance <= 0.55 * s.width;
+      return covered && bead_covered;
+    });
+    ++found.samples;
+    found.covered += covered;
+    found.bead_covered += bead_covered;
+    if (!covered && found.uncovered.size() < kPlacesKept) found.uncovered.push_back(p);
+  });
+}
+
+// Distance from p, at right angles to `along`, to the first path on either side, where that is a contour that runs
+// alongside.
+void measure_spacing_at(const Vec3& p, Index own, const std::vector<Segment>& segments, const ElementGrid& grid,
+                        double reach, SheetFindings& found) {
+  const Vec3 along = (segments[own].to - segments[own].from).normalized();
+  const Vec3 side = segments[own].normal.cross(along);
+  struct Hit {
+    double distance;
+    Index segment = kNone;
+  } hit[2] = {{reach}, {reach}};
+  grid.visit(p, reach, [&](Index i) {
+    const double before = (segments[i].from - p).dot(along), after = (segments[i].to - p).dot(along);
+    if (i == own || (before <= 0.0) == (after <= 0.0)) return false;
+    const Vec3 offset = segments[i].from + before / (before - after) * (segments[i].to - segments[i].from) - p;
+    Hit& best = hit[offset.dot(side) > 0.0];
+    const double distance = offset.norm();
+    // Equal distances cannot be told apart by the order of the cells: the lower segment wins.
+    if (distance < best.distance || (distance == best.distance && i < best.segment)) best = {distance, i};
+    return false;
+  });
+  for (const Hit& h : hit) {
+    if (h.segment == kNone || !segments[h.segment].contour) continue;
+    const Vec3 other = (segments[h.segment].to - segments[h.segment].from).normalized();
+    if (std::abs(other.dot(along)) >= kParallelCosine) found.spacing.push_back(static_cast<float>(h.distance));
+  }
+}
+
+void measure_spacing(const SheetTask& task, const std::vector<Segment>& segments, const ElementGrid& grid,
+                     SheetFindings& found) {
+  const double step = 1.0 / task.samples_per_mm;
+  double next = 0.5 * step;
+  for (Index i = 0; i < static_cast<Index>(segments.size()); ++i) {
+    const Segment& s = segments[i];
+    if (!s.contour) continue;
+    const double length = (s.to - s.from).norm();
+    for (; next < length; next += step) {
+      measure_spacing_at(s.from + next / length * (s.to - s.from), i, segments, grid,
+                         kSpacingReach * task.options.bead_width_mm, found);
+    }
+    next -= length;
+  }
+}
+
+// Volume of the sheet by the rule of edge midpoints.
+void measure_layer(const SheetTask& task, const std::vector<Facet>& facets, const std::vector<Piece>& pieces,
+                   SheetFindings& found) {
+  const double small = task.options.bead_width_mm * task.options.bead_width_mm;
+  for (const Facet& f : facets) {
+    const double area = triangle_area(f.a, f.b, f.c);
+    const double height = (local_height(f, 0.5 * (f.a.z() + f.b.z())) + local_height(f, 0.5 * (f.b.z() + f.c.z())) +
+                           local_height(f, 0.5 * (f.c.z() + f.a.z()))) /
+                          3.0;
+    found.area += area;
+    found.volume += area * height;
+    if (pieces[f.piece].area < small) found.small_piece_volume += area * height;
+  }
+}
+
+}  // namespace
+
+SheetFindings measure_sheet(const SheetTask& task, Index sheet, const std::vector<Index>& paths) {
+  SheetFindings found;
+  const std::vector<Piece> pieces = pieces_of(task.printed, sheet);
+  SheetSurface surface(task, sheet, pieces);
+  measure_layer(task, surface.facets(), pieces, found);
+  const std::vector<Segment> segments = segments_of(task.toolpaths, paths);
+  measure_points(task, paths, surface, found);
+  for (const Segment& s : segments) measure_segment(task, s, surface, found);
+
+  const double smallest = 0.5 * task.options.bead_width_mm * task.options.bead_width_mm;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (pieces[i].area < smallest) continue;
+    ++found.pieces;
+    if (!surface.touched(i)) found.missing.push_back({pieces[i].centroid, pieces[i].area});
+  }
+  const ElementGrid grid = grid_of(segments, task.options.bead_width_mm);
+  if (task.options.dense[static_cast<int>(task.printed.sheets[sheet].material)]) {
+    measure_coverage(task, surface.facets(), segments, grid, found);
+  }
+  measure_spacing(task, segments, grid, found);
+  return found;
+}
+
+}  // namespace curvesup::certificate
