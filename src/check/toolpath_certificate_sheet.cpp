@@ -10,13 +10,14 @@ namespace curvesup::certificate {
 
 namespace {
 
-constexpr double kMostCells = 1e6;
+constexpr double kCellsPerElement = 16.0, kFewestCells = 1000.0;
 constexpr double kTouch = 0.01;          // mm; a triangle that near is one that the bead runs on
 constexpr double kSegmentStep = 0.3;     // mm between the points where a segment is looked at
 constexpr double kSpacingReach = 1.75;   // beads
 constexpr double kParallelCosine = 0.9;  // about 25 degrees
 
-// Elements by the cells that their boxes meet, as one flat table.
+// Elements by the cells that their boxes meet, as one flat table. Sheets lie rather than stand: cells are four times as
+// high as wide, so that fewer of them are empty.
 class ElementGrid {
  public:
   // box_of(i) gives the pair (low, high) of element i.
@@ -28,12 +29,12 @@ class ElementGrid {
       high = high.cwiseMax(b);
     }
     if (count == 0) low = high = Vec3::Zero();
-    grid_ = CellGrid(low, high, cell_mm, kMostCells);
+    grid_ = CellGrid(flat(low), flat(high), cell_mm, std::max(kFewestCells, kCellsPerElement * count));
     first_.assign(grid_.cells() + 1, 0);
     const auto for_each_entry = [&](const auto& use) {
       for (Index i = 0; i < count; ++i) {
         const auto [a, b] = box_of(i);
-        grid_.visit(a, b, [&](std::size_t cell) {
+        grid_.visit(flat(a), flat(b), [&](std::size_t cell) {
           use(cell, i);
           return false;
         });
@@ -50,7 +51,7 @@ class ElementGrid {
 
   // Calls use(i) for the elements near the cube of half side `reach` around p, some of them twice, until it is true.
   bool visit(const Vec3& p, double reach, const auto& use) const {
-    return grid_.visit(p.array() - reach, p.array() + reach, [&](std::size_t cell) {
+    return grid_.visit(flat(p.array() - reach), flat(p.array() + reach), [&](std::size_t cell) {
       for (Index e = first_[cell]; e < first_[cell + 1]; ++e) {
         if (use(entries_[e])) return true;
       }
@@ -59,13 +60,16 @@ class ElementGrid {
   }
 
  private:
+  static Vec3 flat(const Vec3& p) { return {p.x(), p.y(), 0.25 * p.z()}; }
+
   CellGrid grid_;
   std::vector<Index> first_, entries_;
 };
 
 struct Facet {
+  Vec3 normal;                 // unit
+  std::array<Vec3, 3> inward;  // unit, in the plane, at right angles to the sides from a, b and c; 0 at a side of no length
   Vec3 a, b, c;
-  Vec3 normal;  // unit
   double rise;  // z of the print direction
   double thickness;
   Index piece;
@@ -84,10 +88,13 @@ std::vector<Facet> facets_of(const SheetTask& task, Index sheet_index, const std
       const Vec3 gradient = task.field.gradient[task.printed.triangle_tet[t]];
       const double slope = std::max(gradient.norm(), 1e-12);
       const Vec3 n = area_normal(a, b, c);
-      facets[t - sheet.first_triangle] = {.a = a,
+      const Vec3 normal = n.norm() > 0.0 ? Vec3(n.normalized()) : Vec3(gradient / slope);
+      const auto inward = [&](const Vec3& side) { return Vec3(normal.cross(side).normalized()); };
+      facets[t - sheet.first_triangle] = {.normal = normal,
+                                          .inward = {inward(b - a), inward(c - b), inward(a - c)},
+                                          .a = a,
                                           .b = b,
                                           .c = c,
-                                          .normal = n.norm() > 0.0 ? Vec3(n.normalized()) : Vec3(gradient / slope),
                                           .rise = gradient.z() / slope,
                                           .thickness = 1.0 / (slope * task.printed.count * sheet.passes),
                                           .piece = static_cast<Index>(piece)};
@@ -133,10 +140,19 @@ class SheetSurface {
 
   Footing look(const Vec3& p, double reach) {
     Footing found;
+    if (last_ != nullptr && stands_inside(*last_, p, found)) return found;
     const Facet* nearest = nullptr;
-    grid_.visit(p, reach, [&](Index i) {
+    const bool alone = grid_.visit(p, reach, [&](Index i) {
       const Facet& f = facets_[i];
-      if (std::abs(f.normal.dot(p - f.a)) > std::max(found.distance, kTouch)) return false;
+      if (stands_inside(f, p, found)) {
+        last_ = &f;
+        return true;
+      }
+      const double beyond = std::max(found.distance, kTouch);
+      if (std::abs(f.normal.dot(p - f.a)) > beyond || f.inward[0].dot(f.a - p) > beyond ||
+          f.inward[1].dot(f.b - p) > beyond || f.inward[2].dot(f.c - p) > beyond) {
+        return false;
+      }
       const double distance = (closest_point_on_triangle(p, f.a, f.b, f.c) - p).norm();
       if (distance < found.distance) {
         found.distance = distance;
@@ -145,8 +161,19 @@ class SheetSurface {
       if (distance <= kTouch) add(f, p, found);
       return false;
     });
-    if (nearest != nullptr && found.distance > kTouch && found.distance <= limit_) add(*nearest, p, found);
+    if (!alone && nearest != nullptr && found.distance > kTouch && found.distance <= limit_) add(*nearest, p, found);
     return found;
+  }
+  // Whether p touches the inner part of a triangle, and so no other one.
+  bool stands_inside(const Facet& f, const Vec3& p, Footing& found) {
+    const double distance = std::abs(f.normal.dot(p - f.a));
+    if (!(distance <= kTouch && f.inward[0].dot(p - f.a) > kTouch && f.inward[1].dot(p - f.b) > kTouch &&
+          f.inward[2].dot(p - f.c) > kTouch)) {
+      return false;
+    }
+    found = {.distance = distance};
+    add(f, p, found);
+    return true;
   }
   void add(const Facet& f, const Vec3& p, Footing& found) {
     const double height = local_height(f, p.z());
@@ -159,6 +186,7 @@ class SheetSurface {
   double limit_;
   ElementGrid grid_;
   std::vector<std::uint8_t> touched_;
+  const Facet* last_ = nullptr;  // the next point is often on the same one
 };
 
 struct Segment {
