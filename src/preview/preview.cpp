@@ -194,8 +194,8 @@ void add_toolpaths(const Toolpaths& toolpaths, const Motion* motion, const Detai
     for (Index i = 0; i < path.point_count; ++i) line.push_back(points[i].position);
     const auto differs = [&](Index a, Index b) {
       const double turn = clock.axis[path.first_point + a].dot(clock.axis[path.first_point + b]);
-      return turn < 0.996 || std::abs(points[a].height_mm - points[b].height_mm) > 0.05 * max_height ||
-             std::abs(points[a].width_mm - points[b].width_mm) > 0.1 * max_width ||
+      return turn < 0.992 || std::abs(points[a].height_mm - points[b].height_mm) > 0.08 * max_height ||
+             std::abs(points[a].width_mm - points[b].width_mm) > 0.15 * max_width ||
              (a > 0 && std::abs(points[a].feed_mm_s - points[b].feed_mm_s) > 0.05 * max_feed);
     };
     const std::vector<Index> kept = thin_polyline(line, detail.path_mm, differs);

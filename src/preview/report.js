@@ -97,11 +97,18 @@ window.curvesupReport = (function () {
     return Number.isInteger(value) ? value.toLocaleString('en') : tools.short(value);
   }
 
+  // A dotted name that may break after its dots and underscores.
+  function nameCell(name, tools) {
+    const cell = tools.el('td', {class: 'name'});
+    for (const piece of name.split(/(?<=[._])/)) cell.append(piece, tools.el('wbr'));
+    return cell;
+  }
+
   function sectionTable(section, tools) {
     const {el} = tools, table = el('table');
     for (const [key, value] of Object.entries(section)) {
       if (Array.isArray(value) && value.length > 6) {
-        table.append(el('tr', {}, el('td', {class: 'name'}, key), el('td', {class: 'number'}, `${value.length} entries`), el('td', {class: 'meaning'}, kKeys[key] || '')));
+        table.append(el('tr', {}, nameCell(key, tools), el('td', {class: 'number'}, `${value.length} entries`), el('td', {class: 'meaning'}, kKeys[key] || '')));
         continue;
       }
       let text;
@@ -109,7 +116,7 @@ window.curvesupReport = (function () {
       else if (value && typeof value === 'object') text = Object.entries(value).map(([k, v]) => `${k} ${unit(key, v, tools)}`).join(', ');
       else text = unit(key, value, tools);
       const long = text.length > 40;
-      table.append(el('tr', {}, el('td', {class: 'name'}, key), el('td', {class: long ? '' : 'number'}, text), el('td', {class: 'meaning'}, kKeys[key] || '')));
+      table.append(el('tr', {}, nameCell(key, tools), el('td', {class: long ? '' : 'number'}, text), el('td', {class: 'meaning'}, kKeys[key] || '')));
     }
     return table;
   }
@@ -141,7 +148,7 @@ window.curvesupReport = (function () {
       const extra = !scene.inspect && meaning(check.name) && check.detail ? el('details', {}, el('summary', {}, 'how'), check.detail) : null;
       table.append(el('tr', {},
         el('td', {}, el('span', {class: 'pill ' + (check.ok ? 'good-back' : 'bad-back')}, scene.inspect ? check.severity : check.ok ? 'passed' : 'failed')),
-        el('td', {class: 'name'}, check.name), el('td', {class: 'number'}, short(check.value)), el('td', {class: 'number'}, short(check.limit)),
+        nameCell(check.name, tools), el('td', {class: 'number'}, short(check.value)), el('td', {class: 'number'}, short(check.limit)),
         el('td', {class: 'meaning'}, text, extra)));
     }
     return table;
@@ -179,7 +186,7 @@ window.curvesupReport = (function () {
       const table = el('table');
       const shown = scene.files.length > 200 ? scene.files.slice(0, 200) : scene.files;
       for (const file of shown) {
-        table.append(el('tr', {}, el('td', {class: 'name'}, file.path), el('td', {class: 'number'}, bytesText(file.bytes)), el('td', {class: 'meaning'}, file.what)));
+        table.append(el('tr', {}, nameCell(file.path, tools), el('td', {class: 'number'}, bytesText(file.bytes)), el('td', {class: 'meaning'}, file.what)));
       }
       root.append(table);
       if (shown.length < scene.files.length) root.append(el('p', {class: 'hint'}, `and ${scene.files.length - shown.length} more`));

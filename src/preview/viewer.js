@@ -1,6 +1,7 @@
 // The page's script. `scene` says what there is, `data` holds the numbers; nothing is fetched.
 (function () {
   'use strict';
+  const begun = performance.now();
 
   // ---------------------------------------------------------------- data
   const scene = JSON.parse(document.getElementById('scene').textContent);
@@ -271,7 +272,7 @@
     }
     const tube = (colour, scale, least) => {
       const geometry = new THREE.InstancedBufferGeometry();
-      geometry.setAttribute('corner', new THREE.BufferAttribute(new Float32Array(corners), 3));
+      geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(corners), 3));
       geometry.setIndex(new THREE.BufferAttribute(new Uint16Array(index), 1));
       const both = new THREE.InstancedInterleavedBuffer(ends, 6, 1);
       geometry.setAttribute('upper', new THREE.InterleavedBufferAttribute(both, 3, 0, true));
@@ -279,7 +280,7 @@
       geometry.setAttribute('value', new THREE.InstancedBufferAttribute(values, 2));
       geometry.maxInstancedCount = radius.length;
       return add(new THREE.Mesh(geometry, material(
-        `attribute vec3 corner, upper, lower; attribute vec2 value;
+        `attribute vec3 position, upper, lower; attribute vec2 value;
          uniform float uScale, uLeast, uByCount;
          ${kBeadColour}
          varying vec3 vColour, vNormal;
@@ -287,10 +288,10 @@
            vec3 a = uLow + uSize * upper, b = uLow + uSize * lower, along = b - a;
            along = length(along) > 0.0 ? normalize(along) : vec3(0.0, 0.0, 1.0);
            vec3 u = normalize(abs(along.z) < 0.9 ? cross(along, vec3(0.0, 0.0, 1.0)) : cross(along, vec3(1.0, 0.0, 0.0)));
-           vec3 out_ = corner.x * u + corner.y * cross(along, u);
+           vec3 out_ = position.x * u + position.y * cross(along, u);
            vColour = uByCount > 0.5 ? mapped(value.y) : uSupportColour;
            vNormal = mat3(modelViewMatrix[0].xyz, modelViewMatrix[1].xyz, modelViewMatrix[2].xyz) * out_;
-           place(mix(a, b, corner.z) + out_ * max(value.x * uScale, uLeast));
+           place(mix(a, b, position.z) + out_ * max(value.x * uScale, uLeast));
          }`,
         'varying vec3 vColour, vNormal; void main() { section(); gl_FragColor = vec4(vColour * lamp(normalize(vNormal)), 1.0); }',
         {uniforms: {uScale: {value: scale}, uLeast: {value: least}, uByCount: {value: colour}}})));
@@ -337,12 +338,12 @@
     }
     layerMax.high = Math.max(layerMax.high, most);
 
-    // One bead segment: a roof over five points, from one path point to the next.
-    const profile = [[-1, -1], [-0.85, 0.45], [0, 1], [0.85, 0.45], [1, -1]], corners = [], index = [];
+    // One bead segment: a roof from one path point to the next; its normals make it look round.
+    const profile = [[-1, -0.7], [0, 1], [1, -0.7]], corners = [], index = [];
     for (const e of [0, 1]) for (const [x, y] of profile) corners.push(x, y, e);
-    for (let k = 0; k < 4; ++k) index.push(k, k + 1, k + 5, k + 1, k + 6, k + 5);
+    for (let k = 0; k < 2; ++k) index.push(k, k + 1, k + 3, k + 1, k + 4, k + 3);
     const geometry = new THREE.InstancedBufferGeometry();
-    geometry.setAttribute('corner', new THREE.BufferAttribute(new Float32Array(corners), 3));
+    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(corners), 3));
     geometry.setIndex(new THREE.BufferAttribute(new Uint16Array(index), 1));
     const pair = (name, array, stride, items, normalized) => {
       const shared = new THREE.InstancedInterleavedBuffer(array, stride, 1);
@@ -355,7 +356,7 @@
     pair('time', time, 1, 1, false);
     geometry.maxInstancedCount = Math.max(count - 1, 0);
     const beads = add(new THREE.Mesh(geometry, material(
-      `attribute vec3 corner; attribute vec4 where0, where1, bytes0, bytes1; attribute vec3 turned0, turned1;
+      `attribute vec3 position; attribute vec4 where0, where1, bytes0, bytes1; attribute vec3 turned0, turned1;
        attribute float time0, time1;
        ${kBeadColour}
        varying vec3 vColour, vNormal;
@@ -364,33 +365,33 @@
          if (turned1.z > 0.5 || hidden(where1.w * 65535.0, bytes1.w, time0)) { nowhere(); return; }
          vec3 a = uLow + uSize * where0.xyz, b = uLow + uSize * where1.xyz;
          if (time1 > uTime) b = mix(a, b, (uTime - time0) / max(time1 - time0, 1e-9));
-         vec3 axis = direction(corner.z < 0.5 ? turned0.xy : turned1.xy), along = b - a;
+         vec3 axis = direction(position.z < 0.5 ? turned0.xy : turned1.xy), along = b - a;
          along = length(along) > 0.0 ? normalize(along) : vec3(1.0, 0.0, 0.0);
          vec3 side = normalize(cross(along, axis) + vec3(1e-6, 0.0, 0.0));
-         vec4 here = corner.z < 0.5 ? bytes0 : bytes1;
-         vec3 away = side * corner.x + axis * (corner.y * 0.5 + 0.5);
+         vec4 here = position.z < 0.5 ? bytes0 : bytes1;
+         vec3 away = side * position.x + axis * (position.y * 0.5 + 0.5);
          vColour = bead_colour(bytes1, direction(turned1.xy), time1);
          vNormal = mat3(modelViewMatrix[0].xyz, modelViewMatrix[1].xyz, modelViewMatrix[2].xyz) * away;
-         place(mix(a, b, corner.z) + 0.5 * side * corner.x * here.y * uMaxima.y + 0.5 * axis * corner.y * here.x * uMaxima.x);
+         place(mix(a, b, position.z) + 0.5 * side * position.x * here.y * uMaxima.y + 0.5 * axis * position.y * here.x * uMaxima.x);
        }`,
       'varying vec3 vColour, vNormal; void main() { section(); gl_FragColor = vec4(vColour * lamp(normalize(vNormal)), 1.0); }')));
 
     // The same as thin lines, for machines that cannot draw beads fast enough.
     const shared = new THREE.BufferGeometry();
-    const lineAttributes = {where: [where, 4, true], bytes: [bytes, 4, true], turned: [turned, 4, true], time: [time, 1, false]};
+    const lineAttributes = {position: [where, 4, true], bytes: [bytes, 4, true], turned: [turned, 4, true], time: [time, 1, false]};
     for (const [name, [array, items, normalized]] of Object.entries(lineAttributes)) {
       shared.setAttribute(name, new THREE.BufferAttribute(array, items, normalized));
     }
     const lineShader = material(
-      `attribute vec4 where, bytes, turned; attribute float time;
+      `attribute vec4 position, bytes, turned; attribute float time;
        ${kBeadColour}
        varying vec3 vColour;
        void main() {
          vColour = vec3(0.0);
-         if (hidden(where.w * 65535.0, bytes.w, time)) { nowhere(); return; }
+         if (hidden(position.w * 65535.0, bytes.w, time)) { nowhere(); return; }
          vec3 axis = direction(turned.xy);
          vColour = bead_colour(bytes, axis, time) * (0.62 + 0.38 * abs(axis.z));
-         place(uLow + uSize * where.xyz);
+         place(uLow + uSize * position.xyz);
        }`,
       'varying vec3 vColour; void main() { section(); gl_FragColor = vec4(vColour, 1.0); }');
     const lines = [1, 4, 16].map((stride) => {
@@ -625,19 +626,21 @@
     }
     camera.aspect = w / Math.max(h, 1);
   }
-  function applyState(level) {
+  function applyState(level, moving) {
     const show = state.show, from = state.only ? state.layer : -1e9, to = state.layer;
     const set = (object, on) => { if (object) object.visible = on; };
     set(parts.model, show.model);
     set(parts.overhang, show.overhang);
     set(parts.platform, show.platform);
     set(parts.marks, show.marks);
-    if (parts.model) {
-      const glass = show.skeleton || show.struts || !!scene.inspect;
-      parts.model.material.uniforms.uOpacity.value = glass ? 0.28 : 1;
-      parts.model.material.transparent = glass;
-      parts.model.material.depthWrite = !glass;
-      parts.model.renderOrder = glass ? 3 : 0;
+    const glass = show.skeleton || show.struts || !!scene.inspect;
+    for (const object of [parts.model, parts.overhang]) {
+      if (!object) continue;
+      object.material.uniforms.uOpacity.value = glass ? 0.3 : 1;
+      object.material.transparent = glass;
+      object.material.depthWrite = !glass;
+      object.material.side = glass ? THREE.FrontSide : THREE.DoubleSide;
+      object.renderOrder = glass ? 3 : 0;
     }
     for (const name of ['model', 'support']) {
       if (!layers[name]) continue;
@@ -653,10 +656,12 @@
     uniforms.uMaterials.value.set(show.model_paths ? 1 : 0, show.support_paths ? 1 : 0);
     if (toolpaths) {
       const any = show.model_paths || show.support_paths;
-      set(toolpaths.beads, any && level < 2);
-      toolpaths.lines.forEach((lines, i) => set(lines, any && level === i + 2));
       const done = lastAtMost(toolpaths.times, 2, state.time);
-      toolpaths.beads.geometry.maxInstancedCount = Math.max(Math.min(toolpaths.first[done + 1] || 0, toolpaths.count) - 1, 0);
+      const segments = Math.max(Math.min(toolpaths.first[done + 1] || 0, toolpaths.count) - 1, 0);
+      toolpaths.beads.geometry.maxInstancedCount = segments;
+      const asBeads = level < 2 && beadsAffordable(segments, moving);
+      set(toolpaths.beads, any && asBeads);
+      toolpaths.lines.forEach((lines, i) => set(lines, any && !asBeads && Math.max(level - 2, 0) === i));
       const text = placeNozzle();
       nozzle.visible = any && state.time < paths.end_s;
       if (controls.clock) controls.clock.textContent = text;
@@ -673,19 +678,38 @@
       uniforms.uPlane.value.set(n[0], n[1], n[2], sign * at);
     }
   }
-  function draw(level) {
+  // Beads cost about ten times what lines cost. What lines cost here is measured once, at their first still picture.
+  const kBeadsAlways = 100000;
+  let lineCost = 0;  // ms a segment
+  function beadsAffordable(segments, moving) {
+    return segments < kBeadsAlways || (lineCost > 0 && 10 * lineCost * segments < (moving ? 40 : 700));
+  }
+  function draw(level, moving) {
     if (!renderer) return;
     resize(level);
     applyCamera();
-    applyState(level);
+    applyState(level, moving);
+    const measure = toolpaths && lineCost === 0 && !moving && toolpaths.lines[0].visible;
+    const gl = measure ? renderer.getContext() : null, pixel = new Uint8Array(4);
+    const begin = performance.now();
     renderer.render(world, camera);
+    if (!measure) return;
+    // The first picture uploads the buffers; the second one is timed. Reading a pixel waits for it.
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    if (performance.now() - begin > 2000) { lineCost = 1; return; }
+    const again = performance.now();
+    renderer.render(world, camera);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    lineCost = (performance.now() - again) / toolpaths.count;
+    applyState(level, moving);
+    if (toolpaths.beads.visible) renderer.render(world, camera);
   }
   function frame(now) {
     if (flight) { stepFlight(now); lastMove = now; }
     if (state.playing) play(now);
-    const moving = flight || state.playing || now - lastMove < 250;
+    const moving = !!flight || state.playing || now - lastMove < 250;
     if (moving && lastFrame) adapt(now - lastFrame);
-    if (moving || !drawnStill) draw(moving ? state.quality : 0);
+    if (moving || !drawnStill) draw(moving ? state.quality : 0, moving);
     drawnStill = !moving;
     lastFrame = now;
     awake = moving;
@@ -819,7 +843,7 @@
     state.show.marks = true;
     refresh();
     $('note').textContent = `${check.name}, place ${check.next + 1} of ${check.places.length}: ${place.text}`;
-    flyTo({target: new THREE.Vector3().fromArray(place.at), distance: 0.22 * diagonal, azimuth: view.azimuth, elevation: Math.max(view.elevation, 0.2)});
+    flyTo({target: new THREE.Vector3().fromArray(place.at), distance: 0.35 * diagonal, azimuth: view.azimuth, elevation: Math.max(view.elevation, 0.2)});
   }
   function checkButton(check) {
     const places = check.places.length;
@@ -836,7 +860,9 @@
     }
     if (!checks.length) return [];
     const more = el('details', {}, el('summary', {}, `${passed.length} passed`), ...passed.map(checkButton));
-    return [el('h2', {}, `Checks: ${failed.length ? failed.length + ' failed' : 'all passed'}`), ...failed.map(checkButton), more];
+    const rest = failed.slice(4);
+    const others = rest.length ? el('details', {}, el('summary', {}, `${rest.length} more failed`), ...rest.map(checkButton)) : null;
+    return [el('h2', {}, `Checks: ${failed.length ? failed.length + ' failed' : 'all passed'}`), ...failed.slice(0, 4).map(checkButton), others, more];
   }
   function buildPanel() {
     const panel = $('panel');
@@ -891,7 +917,7 @@
   // ---------------------------------------------------------------- keys and buttons
   const kViews = {front: [-Math.PI / 2, 0.02], side: [0, 0.02], top: [-Math.PI / 2, 1.5706], below: [-Math.PI / 2, -0.9]};
   function picture() {
-    draw(0);
+    draw(0, false);
     const link = el('a', {href: canvas.toDataURL('image/png'), download: (scene.title || 'preview').replace(/[^\w.-]+/g, '_') + '.png'});
     link.click();
   }
@@ -964,7 +990,7 @@
 
   // For tests: what the page is doing, without a way to change what it shows.
   window.curvesup = {
-    ready: true, state, adapt,
+    ready: true, loadMilliseconds: performance.now() - begun, state, adapt,
     camera: () => ({target: view.target.toArray(), distance: view.distance}),
     still: () => !awake && drawnStill && !flight,
     averageFrame: () => averageFrame,
