@@ -20,6 +20,13 @@ constexpr double kGrids[][2] = {{1.5, 0.0}, {2.0, 1.0}, {3.0, 2.0}, {6.0, 6.0}, 
 // Integral of s^2 (1 - s)^2 from 0 to s.
 double kernel_integral(double s) { return s * s * s * (1.0 / 3.0 + s * (-0.5 + s * 0.2)); }
 
+void check_options(const ConvolutionOptions& options) {
+  const double kappa = options.kernel_ratio;
+  if (!(kappa > 1.0 && kappa < 1.85)) {
+    throw Error(ErrorKind::usage, "support.kernel_ratio", format("is %g, must lie between 1 and 1.85", kappa));
+  }
+}
+
 struct Chains {
   std::vector<Index> below;     // edge that leaves a node downwards
   std::vector<Index> arrivals;  // number of edges that reach a node from above
@@ -34,10 +41,49 @@ Chains find_chains(const Skeleton& skeleton) {
   return chains;
 }
 
+// How far past the end of a long strut, in radii, the surface reaches along the axis.
+double reach_past_end(double kernel_ratio) {
+  const double wanted = std::pow(1.0 - 1.0 / (kernel_ratio * kernel_ratio), 2) / 30.0;
+  double low = 0.0, high = 0.5;
+  for (int i = 0; i < 60; ++i) {
+    const double s = 0.5 * (low + high);
+    (kernel_integral(s) < wanted ? low : high) = s;
+  }
+  return kernel_ratio * (1.0 - 2.0 * low);
+}
+
+// Lengths to take off the lower ends of the edges. A thick trunk that ends on the model would reach past it by a third of
+// its radius, and where it is wider than the model is there, that is laid on air: so it ends as much earlier as makes it
+// reach no further than a leaf's strut does.
+std::vector<double> shortened(const Skeleton& skeleton, const Chains& chains, double kernel_ratio) {
+  std::vector<Index> above(skeleton.nodes.size(), kNone);
+  double thinnest = std::numeric_limits<double>::infinity();
+  for (std::size_t e = 0; e < skeleton.edges.size(); ++e) {
+    above[skeleton.edges[e].lower] = static_cast<Index>(e);
+    thinnest = std::min(thinnest, skeleton.edges[e].radius_mm);
+  }
+  const double past = reach_past_end(kernel_ratio);
+  std::vector<double> cut(skeleton.edges.size(), 0.0);
+  for (std::size_t n = 0; n < skeleton.nodes.size(); ++n) {
+    if (skeleton.nodes[n].kind != NodeKind::model_end || chains.arrivals[n] != 1) continue;
+    Index e = above[n];
+    for (double left = past * (skeleton.edges[e].radius_mm - thinnest); left > 0.0;) {
+      const Index top = skeleton.edges[e].upper;
+      const double length = (skeleton.nodes[top].position - skeleton.nodes[skeleton.edges[e].lower].position).norm();
+      cut[e] = std::min(left, length);
+      left -= length;
+      if (chains.arrivals[top] != 1) break;
+      e = above[top];
+    }
+  }
+  return cut;
+}
+
 }  // namespace
 
-std::vector<Strut> struts_of(const Skeleton& skeleton) {
+std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio) {
   const Chains chains = find_chains(skeleton);
+  const std::vector<double> cut = shortened(skeleton, chains, kernel_ratio);
   std::vector<char> joined(skeleton.edges.size(), 0);
   std::vector<Strut> struts;
   for (std::size_t e = 0; e < skeleton.edges.size(); ++e) {
@@ -49,7 +95,7 @@ std::vector<Strut> struts_of(const Skeleton& skeleton) {
     while (chains.arrivals[end] == 1 && chains.below[end] != kNone) {
       const Index next = chains.below[end];
       const Vec3& after = skeleton.nodes[skeleton.edges[next].lower].position;
-      if (skeleton.edges[next].radius_mm != first.radius_mm) break;
+      if (skeleton.edges[next].radius_mm != first.radius_mm || cut[next] > 0.0) break;
       passed.push_back(skeleton.nodes[end].position);
       const bool straight = std::all_of(passed.begin(), passed.end(), [&](const Vec3& p) {
         return (closest_point_on_segment(p, start, after) - p).norm() <= kStraight * first.radius_mm;
@@ -62,6 +108,10 @@ std::vector<Strut> struts_of(const Skeleton& skeleton) {
     const Vec3 direction = (strut.b - strut.a).normalized();
     if (skeleton.nodes[first.upper].kind == NodeKind::leaf) strut.a -= first.radius_mm * direction;
     if (skeleton.nodes[end].kind == NodeKind::platform_end) strut.b += first.radius_mm * direction;
+    if (cut[e] > 0.0) {
+      strut.b -= cut[e] * direction;
+      if ((strut.b - strut.a).dot(direction) <= 0.0) continue;
+    }
     struts.push_back(strut);
   }
   return struts;
@@ -111,7 +161,8 @@ double ConvolutionSolid::Foot::value(const Vec3& p) const {
 double ConvolutionSolid::Foot::lipschitz() const { return std::hypot(1.0, (radius - top_radius) / height); }
 
 ConvolutionSolid::ConvolutionSolid(const Skeleton& skeleton, const ConvolutionOptions& options) {
-  build(struts_of(skeleton), options);
+  check_options(options);
+  build(struts_of(skeleton, options.kernel_ratio), options);
   add_feet(skeleton, options);
 }
 
@@ -121,9 +172,7 @@ ConvolutionSolid::ConvolutionSolid(std::span<const Strut> struts, const Convolut
 
 void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOptions& options) {
   const double kappa = options.kernel_ratio;
-  if (!(kappa > 1.0 && kappa < 1.85)) {
-    throw Error(ErrorKind::usage, "support.kernel_ratio", format("is %g, must lie between 1 and 1.85", kappa));
-  }
+  check_options(options);
   kernel_ratio_ = kappa;
   const double narrowing = 1.0 - 1.0 / (kappa * kappa);
   const double weight = 15.0 / (8.0 * narrowing * narrowing);

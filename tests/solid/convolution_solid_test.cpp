@@ -142,7 +142,9 @@ TEST(ConvolutionSolid, FastAnswersAgreeWithTheSlowOnes) {
     ASSERT_EQ(solid.inside(p), solid.value(p) >= 0.0);
     inside += solid.inside(p);
     const Solid::Bounds bounds = solid.bounds(p, radius);
-    if (std::abs(bounds.high) > 1e-7) ASSERT_EQ(solid.surely_outside(p, radius), bounds.high < 0.0);
+    if (std::abs(bounds.high) > 1e-7) {
+      ASSERT_EQ(solid.surely_outside(p, radius), bounds.high < 0.0);
+    }
     outside += bounds.high < 0.0;
     bool thinner = false;
     for (const Strut& s : struts) {
@@ -188,6 +190,26 @@ TEST(Struts, CollinearEdgesAreJoinedAndEndsExtended) {
   EXPECT_NEAR((struts[0].b - Vec3(0, 0, 1.5)).norm(), 0.0, 1e-12);
   EXPECT_NEAR((struts[1].b - Vec3(1.5, 0, 0)).norm(), 0.8, 1e-12);
   EXPECT_LT(struts[1].b.z(), 0.0);
+}
+
+TEST(ConvolutionSolid, AThickTrunkReachesPastItsModelEndNoFurtherThanALeaf) {
+  // A leaf's strut and a trunk of radius 5 in edges of 0.7 mm, both down to model ends at z = 20.
+  Skeleton s;
+  s.nodes = {{{-40, 0, 40}, 0, 40, NodeKind::leaf}, {{-40, 0, 20}, 0, 20, NodeKind::model_end}};
+  s.edges = {{0, 1, 1, 0.8, 40}};
+  const Index first = 2;
+  for (int i = 0; i <= 30; ++i) {
+    s.nodes.push_back({{0.02 * (i % 2), 0, 41.0 - 0.7 * i}, 0, 40 - i, NodeKind::node});
+    if (i > 0) s.edges.push_back({first + i - 1, first + i, 39, 5.0, 40 - i});
+  }
+  s.nodes.back().kind = NodeKind::model_end;
+  s.nodes.back().position.z() = 20.0;
+  const ConvolutionSolid solid(s);
+  const double leaf = radius_at(solid, {-40, 0, 25}, -Vec3::UnitZ()) - 5.0;
+  const double trunk = radius_at(solid, {0.01, 0, 25}, -Vec3::UnitZ()) - 5.0;
+  EXPECT_NEAR(leaf, 0.315 * 0.8, 0.01);
+  EXPECT_NEAR(trunk, leaf, 0.02);
+  EXPECT_GT(radius_at(solid, {0, 0, 20.5}, Vec3::UnitX()), 2.0) << "the trunk still stands broadly on the model";
 }
 
 TEST(ConvolutionSolid, FullRadiusAtTheLeaf) {
