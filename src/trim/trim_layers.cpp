@@ -146,13 +146,13 @@ Heights heights(const LayerStack& stack, const ScalarField& field, Material mate
 LayerStack assemble(const LayerStack& untrimmed, std::vector<TrimmedSheet> trimmed) {
   struct Entry {
     Sheet head;
-    const TrimmedSheet* support;  // null: a sheet of the untrimmed stack
+    TrimmedSheet* support;  // null: a sheet of the untrimmed stack
   };
   std::vector<Entry> order;
   for (const Sheet& sheet : untrimmed.sheets) {
     if (sheet.material == Material::model) order.push_back({sheet, nullptr});
   }
-  for (const TrimmedSheet& sheet : trimmed) {
+  for (TrimmedSheet& sheet : trimmed) {
     if (!sheet.triangles.empty()) order.push_back({sheet.head, &sheet});
   }
   std::stable_sort(order.begin(), order.end(), [](const Entry& x, const Entry& y) {
@@ -186,7 +186,7 @@ LayerStack assemble(const LayerStack& untrimmed, std::vector<TrimmedSheet> trimm
         stack.triangle_tet.push_back(untrimmed.triangle_tet[i]);
       }
     } else {
-      const TrimmedSheet& sheet = *entry.support;
+      TrimmedSheet& sheet = *entry.support;
       own.assign(sheet.vertices.size(), kNone);
       for (std::size_t i = 0; i < sheet.triangles.size(); ++i) {
         std::array<Index, 3> t = sheet.triangles[i];
@@ -200,6 +200,7 @@ LayerStack assemble(const LayerStack& untrimmed, std::vector<TrimmedSheet> trimm
         stack.triangles.push_back(t);
         stack.triangle_tet.push_back(sheet.triangle_tet[i]);
       }
+      sheet = {};
     }
     head.first_triangle = first;
     head.triangle_count = static_cast<Index>(stack.triangles.size()) - first;
@@ -268,6 +269,7 @@ TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int la
     keep_pieces(sheet, present);
     layer.sheets.push_back(std::move(sheet));
   }
+  for (TrimmedSheet& sheet : layer.sheets) compact(sheet);
   return layer;
 }
 

@@ -93,4 +93,29 @@ void keep_pieces(TrimmedSheet& sheet, const std::vector<char>& keep) {
   sheet.triangle_piece.resize(kept);
 }
 
+void compact(TrimmedSheet& sheet) {
+  std::vector<Index> id(sheet.vertices.size(), kNone);
+  for (const auto& t : sheet.triangles) {
+    for (const Index v : t) id[v] = 0;
+  }
+  Index used = 0;
+  for (std::size_t v = 0; v < id.size(); ++v) {
+    if (id[v] == kNone) continue;
+    sheet.vertices[used] = sheet.vertices[v];
+    sheet.source[used] = sheet.source[v];
+    id[v] = used++;
+  }
+  sheet.vertices.resize(used);
+  sheet.source.resize(used);
+  for (auto& t : sheet.triangles) {
+    for (Index& v : t) v = id[v];
+  }
+  sheet.vertices.shrink_to_fit();
+  sheet.source.shrink_to_fit();
+  sheet.triangles.shrink_to_fit();
+  sheet.triangle_tet.shrink_to_fit();
+  sheet.triangle_piece = {};
+  sheet.pieces = {};
+}
+
 }  // namespace curvesup
