@@ -21,21 +21,6 @@ TEST(Sha256, PublishedVectors) {
   EXPECT_EQ(sha256_hex(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
-TEST(Sha256, PiecesGiveTheSameAsTheWhole) {
-  std::string bytes;
-  for (int i = 0; i < 300; ++i) bytes += static_cast<char>(i * 7);
-  for (std::size_t a = 0; a <= bytes.size(); a += 13) {
-    for (std::size_t b = a; b <= bytes.size(); b += 17) {
-      Sha256 hash;
-      hash.update(std::string_view(bytes).substr(0, a));
-      EXPECT_EQ(hash.hex(), sha256_hex(bytes.substr(0, a)));
-      hash.update(std::string_view(bytes).substr(a, b - a));
-      hash.update(std::string_view(bytes).substr(b));
-      EXPECT_EQ(hash.hex(), sha256_hex(bytes));
-    }
-  }
-}
-
 TEST(Sha256, OfAFile) {
   const TempFolder folder;
   EXPECT_EQ(sha256_of_file(folder.write("f", "abc")), sha256_hex("abc"));
