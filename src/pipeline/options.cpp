@@ -268,6 +268,16 @@ TrimOptions trim_options(const Json& config) {
   return options;
 }
 
+ToolpathCertificateOptions toolpath_certificate_options(const Json& config) {
+  const ToolpathOptions toolpath = toolpath_options(config);
+  ToolpathCertificateOptions options;
+  options.bead_width_mm = toolpath.bead_width_mm;
+  for (std::size_t m = 0; m < toolpath.material.size(); ++m) {
+    options.dense[m] = toolpath.material[m].line_spacing_mm <= toolpath.bead_width_mm;
+  }
+  return options;
+}
+
 std::vector<ConfigKey> part_keys() {
   std::vector<ConfigKey> keys;
   append(keys, place_table());

@@ -25,6 +25,7 @@ struct SolidOptions {
 [[nodiscard]] SolidOptions solid_options(const Json& config);
 [[nodiscard]] TrimOptions trim_options(const Json& config);
 [[nodiscard]] SupportCertificateOptions certificate_options(const Json& config);
+[[nodiscard]] ToolpathCertificateOptions toolpath_certificate_options(const Json& config);
 [[nodiscard]] ToolpathOptions toolpath_options(const Json& config);
 
 }  // namespace curvesup

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "curvesup/check/support_certificate.h"
+#include "curvesup/check/toolpath_certificate.h"
 #include "curvesup/emit/emit.h"
 #include "curvesup/extension/extension.h"
 #include "curvesup/field/field.h"
@@ -38,6 +39,7 @@ struct SliceState {
   TrimResult trim;
   ToolpathResult toolpath;
   SupportCertificate certificate;
+  ToolpathCertificate toolpath_certificate;
   MotionResult motion;
   EmittedFiles emitted;
 

@@ -287,7 +287,21 @@ void toolpath(SliceState& state, const RunContext& run) {
 
 // --------------------------------------------------------------------------------------------------- certificate
 
-void certificate(SliceState& state, const RunContext& run) {
+void certify_paths(SliceState& state, const RunContext& run) {
+  state.toolpath_certificate = certify_toolpaths(state.domain.domain, state.extension.field, state.trim.stack,
+                                                 state.toolpath.toolpaths, toolpath_certificate_options(state.config), run);
+  const ToolpathCertificate& proof = state.toolpath_certificate;
+  state.add_checks(proof.checks);
+  Json& toolpath = state.report["toolpath"];
+  toolpath["covered_fraction"] = proof.covered_fraction;
+  toolpath["overlap"] = proof.overlap;
+  toolpath["spacing_mm"] = {{"p5", proof.spacing_p5_mm}, {"median", proof.spacing_median_mm}, {"p95", proof.spacing_p95_mm}};
+  toolpath["max_point_distance_mm"] = proof.max_point_distance_mm;
+  toolpath["segments_off_layer"] = proof.segments_off_layer;
+  toolpath["max_layer_volume_error"] = proof.max_layer_volume_error;
+}
+
+void certify_support_standing(SliceState& state, const RunContext& run) {
   const bool tree = state.supported && config_value(state.config, "support.method") == "tree";
   state.certificate =
       certify_support(state.model.model, state.overhang.blocked, state.domain.domain, state.extension.field, state.trim.stack,
@@ -307,6 +321,11 @@ void certificate(SliceState& state, const RunContext& run) {
   support["floating_pieces"] = proof.floating.size();
   support["floating"] = floating;
   support["uncovered_faces"] = uncovered;
+}
+
+void certificate(SliceState& state, const RunContext& run) {
+  certify_support_standing(state, run);
+  certify_paths(state, run);
 }
 
 // ------------------------------------------------------------------------------------------------- motion, emit
