@@ -1,0 +1,164 @@
+#!/usr/bin/env python3
+"""check_page.py PAGE STORED.png ACTUAL.png: opens a preview page in a real browser and proves that it works.
+
+Exit code 77 when there is no Chromium. Writes the picture that is compared with the stored one to ACTUAL.png.
+"""
+
+import math
+import sys
+
+from webdriver import Browser, chromium, different_pixels, read_png
+
+WIDTH, HEIGHT = 800, 600
+failures = []
+
+
+def expect(holds, message):
+    if not holds:
+        failures.append(message)
+
+
+def canvas(browser):
+    """What is drawn: the part of the page under the canvas, at half size."""
+    browser.settle()
+    return read_png(browser.picture(WIDTH, HEIGHT, 0.5))
+
+
+def bare(browser, on):
+    """With or without everything around the canvas."""
+    browser.run("""for (const id of ['panel', 'legend', 'buttons', 'note']) document.getElementById(id).style.display = arguments[0] ? 'none' : '';
+        document.querySelector('header').style.display = arguments[0] ? 'none' : ''; window.dispatchEvent(new Event('resize'));""", on)
+    browser.wait(f"document.getElementById('canvas').clientWidth {'===' if on else '<'} {WIDTH}")
+
+
+def share(picture, holds):
+    width, height, rows = picture
+    found = sum(1 for row in rows for x in range(0, 3 * width, 3) if holds(row[x], row[x + 1], row[x + 2]))
+    return found / (width * height)
+
+
+def check_drawing(browser):
+    picture = canvas(browser)
+    drawn = share(picture, lambda r, g, b: abs(r - 0xf6) + abs(g - 0xf8) + abs(b - 0xfb) > 30)
+    expect(drawn > 0.05, f"the canvas is blank: {100 * drawn:.2f} % of it differ from the background")
+    expect(share(picture, lambda r, g, b: b > r + 25) > 0.02, "the part is not to be seen")
+    expect(share(picture, lambda r, g, b: r > b + 60) > 0.002, "support and overhang are not to be seen")
+    return picture
+
+
+def check_slider(browser, before):
+    browser.run("document.getElementById('preset-layers').click()")
+    layers = canvas(browser)
+    expect(different_pixels(before, layers) > 0.005, "layers look like the part")
+    last = browser.run("return Number(document.getElementById('layer').max)")
+    browser.slide("#layer", last // 2)
+    half = canvas(browser)
+    expect(different_pixels(layers, half) > 0.005, "the layer slider changes nothing")
+    browser.run("document.getElementById('only').click()")
+    expect(different_pixels(half, canvas(browser)) > 0.002, "showing only one layer changes nothing")
+    browser.run("document.getElementById('only').click()")
+    browser.slide("#layer", last)
+
+
+def check_print(browser):
+    browser.run("document.getElementById('preset-paths').click()")
+    whole = canvas(browser)
+    expect(share(whole, lambda r, g, b: b > r + 25) > 0.01, "toolpaths are not to be seen")
+    browser.slide("#time", 0.3)
+    expect(different_pixels(whole, canvas(browser)) > 0.005, "the time slider changes nothing")
+    before = browser.run("return window.curvesup.state.time")
+    browser.run("document.getElementById('play').click()")
+    browser.wait(f"window.curvesup.state.time > {before}")
+    browser.run("document.getElementById('play').click()")
+    browser.slide("#time", 1)
+    browser.run("const c = document.getElementById('colour'); c.value = 'order'; c.dispatchEvent(new Event('change'))")
+    expect(different_pixels(whole, canvas(browser)) > 0.005, "another colouring changes nothing")
+    browser.run("document.getElementById('preset-tree').click()")
+    expect(different_pixels(whole, canvas(browser)) > 0.005, "the tree looks like the toolpaths")
+    browser.run("document.getElementById('preset-part').click()")
+
+
+def check_keys(browser, before):
+    browser.run("document.getElementById('canvas').focus()")
+    browser.keys("x")
+    expect(different_pixels(before, canvas(browser)) > 0.005, "the key x cuts nothing open")
+    browser.keys("xxx")
+    expect(different_pixels(before, canvas(browser)) < 0.002, "the cut does not close again")
+
+
+def check_flight(browser):
+    scene = browser.run("return JSON.parse(document.getElementById('scene').textContent).checks.filter((c) => !c.ok)")
+    place = scene[0]["places"][0]["at"]
+    before = browser.run("return window.curvesup.camera()")
+    browser.click(".check.bad")
+    browser.settle()
+    after = browser.run("return window.curvesup.camera()")
+    expect(math.dist(after["target"], place) < 0.01, f"a click on a failed check looks at {after['target']}, not at {place}")
+    expect(after["distance"] < before["distance"], "a click on a failed check does not come nearer")
+    expect(browser.run("return document.getElementById('note').textContent") != "", "the place of a failed check has no text")
+    browser.run("document.getElementById('home').click()")
+    browser.settle()
+
+
+def check_report(browser):
+    checks = browser.run("return JSON.parse(document.getElementById('scene').textContent).checks.length")
+    browser.click("#tab-report")
+    rows = browser.run("return document.querySelectorAll('#report table.checks tr').length")
+    expect(rows == checks + 1, f"{rows - 1} of {checks} checks are in the report")
+    expect(browser.run("return document.querySelectorAll('#report .bad-back').length") == 1, "the failed check is not red")
+    expect(browser.run("return [...document.images].length > 0 && [...document.images].every((i) => i.naturalWidth > 0)"),
+           "a plot does not show")
+    browser.click("#tab-view")
+
+
+def check_phone(browser):
+    browser.size(390, 844)
+    browser.settle()
+    for tab in ("#tab-report", "#tab-view"):
+        browser.click(tab)
+        wide = browser.run("return Math.max(document.documentElement.scrollWidth, document.getElementById('report').scrollWidth)")
+        expect(wide <= 390, f"{tab} is {wide} pixels wide on a phone")
+    browser.size(WIDTH, HEIGHT)
+    browser.settle()
+
+
+def check_detail(browser):
+    """Slow frames lower the detail, fast ones raise it again."""
+    lowered = browser.run("for (let i = 0; i < 40; ++i) window.curvesup.adapt(200); return window.curvesup.state.quality")
+    expect(lowered >= 3, f"slow frames leave the detail at level {lowered}")
+    raised = browser.run("for (let i = 0; i < 900; ++i) window.curvesup.adapt(4); return window.curvesup.state.quality")
+    expect(raised == 0, f"fast frames leave the detail at level {raised}")
+
+
+def main(page, stored, actual):
+    if chromium() is None:
+        print("chromium and chromedriver are not installed")
+        return 77
+    with Browser() as browser:
+        browser.size(WIDTH, HEIGHT)
+        browser.open(page)
+        browser.wait("window.curvesup && window.curvesup.ready")
+        bare(browser, True)
+        first = check_drawing(browser)
+        with open(actual, "wb") as file:
+            file.write(browser.picture(WIDTH, HEIGHT, 0.5))
+        with open(stored, "rb") as file:
+            off = different_pixels(first, read_png(file.read()))
+        expect(off < 0.02, f"{100 * off:.2f} % of the picture differ from {stored}; the new one is {actual}")
+        check_slider(browser, first)
+        check_print(browser)
+        check_keys(browser, first)
+        bare(browser, False)
+        check_flight(browser)
+        check_report(browser)
+        check_phone(browser)
+        check_detail(browser)
+        for message in browser.log():
+            expect(False, "console: " + message)
+    for failure in failures:
+        print(failure)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
