@@ -10,6 +10,7 @@
 #include "curvesup/core/error.h"
 #include "curvesup/layers/layers.h"
 #include "curvesup/mesh/triangle_mesh.h"
+#include "curvesup/solid/convolution_solid.h"
 #include "helpers/brick_domain.h"
 #include "helpers/closed_form_solids.h"
 #include "layers/sheet_edges.h"
@@ -71,6 +72,24 @@ TEST(Trim, ThinStrutsAreFoundAtAnyTriangleSize) {
       const double expected = raster_area(solid, 16.0 * sheet.iso_value, 0.02);
       EXPECT_NEAR(sheet_area(result.stack, sheet) / expected, 1.0, 0.01) << "cell " << cell << " layer " << sheet.layer;
     }
+  }
+}
+
+TEST(Trim, TrianglesFollowTheLocalStrutRadius) {
+  // A thin strut beside a thick trunk: long edges at the trunk must not cost the thin one anything.
+  const std::vector<Strut> struts = {{{7, 9, -9}, {8, 9, 30}, 4.0}, {{16.5, 6, -9}, {15.5, 15, 30}, 0.8}};
+  const ConvolutionSolid solid(struts), thick(std::vector<Strut>{struts[0]});
+  const Column column = planar_column(5.0, 2.0);
+  const TrimResult result = trim_layers(column.domain, column.field, column.layers, solid);
+  EXPECT_TRUE(all_ok(result.report.checks));
+  ASSERT_EQ(result.stack.sheets.size(), 8u);
+  EXPECT_EQ(result.report.support_pieces, 16);
+  for (const Sheet& sheet : result.stack.sheets) {
+    EXPECT_NEAR(sheet_area(result.stack, sheet) / raster_area(solid, 16.0 * sheet.iso_value, 0.02), 1.0, 0.005);
+  }
+  const TrimResult alone = trim_layers(column.domain, column.field, column.layers, thick);
+  for (const Sheet& sheet : alone.stack.sheets) {
+    EXPECT_LT(sheet.triangle_count, 400) << "the trunk does not need edges of 0.4 mm";
   }
 }
 
