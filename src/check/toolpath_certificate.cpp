@@ -212,6 +212,7 @@ class Summary {
       const double error = layers_[i].volume_error();
       if (!dense(options_, material) || error <= result_.max_layer_volume_error) continue;
       result_.max_layer_volume_error = error;
+      result_.worst_layer_mm3 = layers_[i].volume;
       result_.worst_layer = {first_layer_ + static_cast<Index>(i / kMaterialCount), material, layers_[i].place, error};
     }
   }
@@ -284,7 +285,8 @@ void add_bead_checks(const ToolpathCertificateOptions& options, ToolpathCertific
   c.checks.push_back(check_at_most(
       "certificate.toolpath_layer_volume", c.max_layer_volume_error, options.max_layer_volume_error,
       "beads against area times thickness of the worst layer, relative, beyond its pieces smaller than a bead squared" +
-          (c.max_layer_volume_error > 0.0 ? "; " + text_of(c.worst_layer) : std::string())));
+          (c.max_layer_volume_error > 0.0 ? "; " + text_of(c.worst_layer) + format(", %.2f mm3", c.worst_layer_mm3)
+                                      : std::string())));
 }
 
 void add_place_checks(const ToolpathCertificateOptions& options, ToolpathCertificate& c) {

@@ -71,6 +71,7 @@ struct ToolpathCertificate {
   std::array<double, kMaterialCount> bead_volume_mm3{}, layer_volume_mm3{};
   double max_layer_volume_error = 0.0;
   PlaceOnLayer worst_layer;
+  double worst_layer_mm3 = 0.0;  // area times thickness
 
   double max_point_distance_mm = 0.0;  // 0.5 stands for more than that, or for a sheet that is not there
   PlaceOnLayer farthest_point;
@@ -84,7 +85,7 @@ struct ToolpathCertificate {
 };
 
 // Uniform grids a sheet, sheets in parallel, the same result for any number of threads. Linear in triangles, segments
-// and samples; memory that of the largest sheets in work, about 300 bytes a triangle or segment.
+// and samples; memory that of the largest sheets in work, about 400 bytes a triangle or segment.
 [[nodiscard]] ToolpathCertificate certify_toolpaths(const Domain& domain, const ScalarField& field,
                                                     const LayerStack& printed, const Toolpaths& toolpaths,
                                                     const ToolpathCertificateOptions& options = {},
