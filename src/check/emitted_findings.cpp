@@ -35,10 +35,10 @@ constexpr RuleText kRules[] = {
     {Rule::joint_speed, "rule_17_joint_speed", "joint speed at the stated feed over its limit"},
     {Rule::singularity, "rule_17_singularity", "least distance from a singularity while printing", true},
     {Rule::part_start, "rule_18_part_start", "a part starts with explicit joints; seeds of the inverse kinematics belong to their pose"},
-    {Rule::polyline, "rule_19_polyline", "mm, emitted nozzle tips against those of toolpaths.vtp, both ways"},
+    {Rule::polyline, "rule_19_polyline", "mm, emitted nozzle tips from the tip polylines of toolpaths.vtp"},
+    {Rule::source_points, "rule_19_source_points", "mm, points of toolpaths.vtp from the emitted tip polylines"},
     {Rule::path_order, "rule_19_path_order", "every path of toolpaths.vtp once, in order, whole"},
     {Rule::travel_lift, "rule_20_travel_lift", "travels leave and arrive along the nozzle and lift enough"},
-    {Rule::clearance, "rule_21_clearance", "poses at which nozzle or head touches platform or printed beads"},
     {Rule::timeouts, "rule_22_timeouts", "waits return on the answer; without it they lift, warn and halt in time"},
     {Rule::strings, "rule_23_strings", "strings below 255 characters, closed"},
     {Rule::part_end, "rule_24_part_end", "a part ends with the nozzle off the bead, outputs reset, sockets closed"},
@@ -71,7 +71,13 @@ constexpr RuleText kRules[] = {
     {Rule::manifest_hashes, "manifest_hashes", "sizes and hashes of the manifest are those of the files"},
 };
 
-static_assert(std::size(kRules) == static_cast<std::size_t>(Rule::count));
+constexpr bool in_order() {
+  for (std::size_t i = 0; i < std::size(kRules); ++i) {
+    if (kRules[i].rule != static_cast<Rule>(i)) return false;
+  }
+  return std::size(kRules) == static_cast<std::size_t>(Rule::count);
+}
+static_assert(in_order());
 
 }  // namespace
 

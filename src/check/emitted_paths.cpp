@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kNearHop_mm = 3.0;  // shorter crossings may hop
 constexpr double kHop_mm = 1.0;
-constexpr double kPlace_mm = 2e-3;   // two roundings
 
 // toolpaths.vtp, its points moved to where the part stands on the platform.
 struct SourcePaths {
@@ -169,36 +168,38 @@ class PathCheck {
     const auto end = static_cast<std::size_t>(source_.first[static_cast<std::size_t>(path) + 1]);
     if (end < begin + 2) return findings_.fail(Rule::polyline, place, "toolpaths.vtp has no segments for this path");
     const Tolerances& tolerances = machine_.tolerances;
-    const auto measure = [&](double distance, double limit, const Place& at, const char* what) {
+    const auto measure = [&](double distance, const Place& at, const char* what) {
       figures_.max_polyline_distance_mm = std::max(figures_.max_polyline_distance_mm, distance);
-      findings_.at_most(Rule::polyline, distance, limit, at, what);
+      findings_.at_most(Rule::polyline, distance, tolerances.chord_mm + 1e-3, at, what);
     };
     Vec3 last = job_move(chains.front(), 0).from_mm;
-    measure((last - source_.tips[begin]).norm(), kPlace_mm, place, "the path starts elsewhere");
+    measure((last - source_.tips[begin]).norm(), place, "the path starts elsewhere");
     std::size_t segment = begin + 1;  // where `last` lies
-    double share = 0.0, volume = 0.0, source_volume = 0.0;
-    std::size_t volume_to = begin;    // points whose volume is in source_volume
+    double share = 0.0, volume = 0.0;
     const double per_e = filament_area_ / machine_.filaments[static_cast<std::size_t>(std::clamp(source_.material[static_cast<std::size_t>(path)], 0, 1))].flow;
     for (const Chain& chain : chains) {
-      measure((job_move(chain, 0).from_mm - last).norm(), kPlace_mm, place, "a section starts where the one before did not end");
+      measure((job_move(chain, 0).from_mm - last).norm(), place, "a section starts where the one before did not end");
       for (std::size_t k = 0; k < chain.moves; ++k) {
         const JobMove& move = job_move(chain, k);
         const Place at{programs_.job.file, move.line};
         const Nearest here = locate(move.tip_mm, segment, share, end, (move.tip_mm - last).norm());
-        measure(here.distance, tolerances.chord_mm + 1e-3, at, "the nozzle leaves the path");
+        measure(here.distance, at, "the nozzle leaves the path");
         for (std::size_t p = segment; p < here.segment; ++p) {
           const double aside = nearest_on(last, move.tip_mm, source_.tips[p]).distance;
-          measure(aside, tolerances.chord_mm + tolerances.corner_mm, at, "the nozzle cuts off points of the path");
+          findings_.at_most(Rule::source_points, aside, tolerances.chord_mm + tolerances.corner_mm, at, "the nozzle cuts off points of the path");
         }
         check_tilt(robot_move(chain, k), here, at);
         volume += move.e_mm * per_e;
-        for (; volume_to + 1 < here.segment; ++volume_to) source_volume += source_.volume_mm3[volume_to + 1];
         segment = here.segment;
         share = here.share;
         last = move.tip_mm;
       }
     }
-    measure((last - source_.tips[end - 1]).norm(), kPlace_mm, place, "the path ends elsewhere");
+    measure((last - source_.tips[end - 1]).norm(), place, "the path ends elsewhere");
+    for (std::size_t p = segment; p < end; ++p) {
+      const double left = (source_.tips[p] - last).norm();
+      findings_.at_most(Rule::source_points, left, tolerances.chord_mm + tolerances.corner_mm, place, "the end of the path is not printed");
+    }
     double wanted = 0.0;
     for (std::size_t p = begin; p < end; ++p) wanted += source_.volume_mm3[p];
     const double rounding = 1e-6 * per_e * static_cast<double>(chains.size());
@@ -315,12 +316,10 @@ class TravelCheck {
   }
 
   void expect_lift(const Pose& bead, const Pose& away, const RobotMove& move, double least_m, const char* what) {
-    const Place place{programs_.parts[0].file, 0};
     const Vec3 axis = rotation_from(bead.rotation_vector).col(2), way = away.position_m - bead.position_m;
     const double along = way.dot(axis), aside = (way - along * axis).norm();
     const bool good = move.kind == RobotMove::Kind::linear && along >= least_m - 1e-5 && aside <= 2e-5 + 1e-3 * along;
     if (!good) findings_.fail(Rule::travel_lift, {file_of(move), move.line}, what);
-    (void)place;
   }
   [[nodiscard]] std::string_view file_of(const RobotMove& move) const {
     for (const RobotPart& part : programs_.parts) {

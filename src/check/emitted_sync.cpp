@@ -325,12 +325,12 @@ class SyncCheck {
     chain.path = path.path;
     chain.section = path.section;
     chain.sections = path.sections;
-    if (chain.moves == 0) {
-      findings_.fail(Rule::path_order, place, "a chain without moves");
-    } else {
-      check_moves(robot, job, chain);
-      check_gates(robot, job, chain);
+    if (chain.moves == 0 || chain.robot_first == 0) {
+      findings_.fail(Rule::path_order, place, "a chain without moves, or at the very start of a part");
+      return;
     }
+    check_moves(robot, job, chain);
+    check_gates(robot, job, chain);
     programs_.chains.push_back(std::move(chain));
   }
 

@@ -48,7 +48,7 @@ struct Programs {
 // Rules 34 to 38, sync_*; fills chains.
 void check_sync(Programs& programs, const Machine& machine, Findings& findings, EmittedFigures& figures);
 
-// Rules 15, 19, 20, 21, 30, 32 against toolpaths.vtp.
+// Rules 15, 19, 20, 30, 32 against toolpaths.vtp.
 void check_paths(const Programs& programs, const std::filesystem::path& toolpaths_file, const Machine& machine, const RunContext& run,
                  Findings& findings, EmittedFigures& figures);
 

@@ -59,7 +59,14 @@ inline bool read_number(std::string_view text, std::size_t& at, Number& number) 
   number.plain = count + decimals <= 18 && !(negative && digits == 0);
   number.value = static_cast<double>(digits) / kPowers[decimals < 18 ? decimals : 18];
   if (negative) number.value = -number.value;
-  if (i < text.size() && (text[i] == 'e' || text[i] == '.')) number.plain = false;
+  if (i < text.size() && text[i] == '.') number.plain = false;
+  // An exponent belongs to the number, but makes it one that is not plain. (A capital E is a word of its own in a job.)
+  if (i < text.size() && text[i] == 'e') {
+    number.plain = false;
+    ++i;
+    if (i < text.size() && (text[i] == '-' || text[i] == '+')) ++i;
+    while (i < text.size() && text[i] >= '0' && text[i] <= '9') ++i;
+  }
   at = i;
   return true;
 }
