@@ -131,7 +131,7 @@ class InspectPage {
                                                                                  : "note";
       checks.push_back({{"name", problem.name}, {"ok", problem.severity == MeshProblem::Severity::note},
                         {"severity", severity}, {"value", count}, {"limit", 0},
-                        {"detail", problem.text + (problem.remedy.empty() ? "" : " " + problem.remedy)}, {"places", places}});
+                        {"detail", problem.text + (problem.remedy.empty() ? "." : ": " + problem.remedy + ".")}, {"places", places}});
     }
     scene_.info["checks"] = checks;
     scene_.add("bad_triangles", bad_triangles_);

@@ -767,7 +767,7 @@
     support_layers: ['Layers of the support', kSupport], model_paths: ['Toolpaths of the part', kModel],
     support_paths: ['Toolpaths of the support', kSupport], travel: ['Travel moves (nothing is laid)', kTravel],
     skeleton: ['Tree, coloured by branches', '#3f7f8c'], struts: ['Tree at its printed thickness', kSupport],
-    marks: ['Marks of failed checks', kMark], platform: [`Platform, squares of ${gridStep} mm`, '#c9d1da'],
+    marks: [scene.inspect ? 'Marks of problems' : 'Marks of failed checks', kMark], platform: [`Platform, squares of ${gridStep} mm`, '#c9d1da'],
   };
   function showSection() {
     const list = el('div');
