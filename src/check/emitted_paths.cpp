@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kNearHop_mm = 3.0;  // shorter crossings may hop
 constexpr double kHop_mm = 1.0;
+constexpr double kSamePlace_mm = 5e-4;
 
 // toolpaths.vtp, its points moved to where the part stands on the platform.
 struct SourcePaths {
@@ -217,6 +218,8 @@ class PathCheck {
       if (s == segment) here.share = share + (1.0 - share) * here.share;
       here.segment = s;
       if (here.distance < best.distance - 1e-9) best = here;
+      // Waypoints are points of the path: the first place that fits, not a later pass of a hairpin that fits better.
+      if (best.distance < kSamePlace_mm) break;
       travelled += (b - a).norm();
       if (travelled > reach) break;
     }

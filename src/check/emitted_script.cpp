@@ -303,7 +303,9 @@ class ScriptReader {
     if (text.empty() && comment.empty()) return;
     if (closed_) return after_end(line);
     if (place_.line == 1) return first_line(line);
-    if (line == "end" && open_.empty()) {
+    if (line == "end") {
+      expect(open_.empty(), Rule::blocks, "the program ends inside a block");
+      open_.clear();
       closed_ = true;
       return;
     }
