@@ -183,7 +183,7 @@ class PathCheck {
       for (std::size_t k = 0; k < chain.moves; ++k) {
         const JobMove& move = job_move(chain, k);
         const Place at{programs_.job.file, move.line};
-        const Nearest here = locate(move.tip_mm, segment, share, end, (move.tip_mm - last).norm());
+        const Nearest here = locate(last, move.tip_mm, segment, share, end);
         measure(here.distance, at, "the nozzle leaves the path");
         for (std::size_t p = segment; p < here.segment; ++p) {
           const double aside = nearest_on(last, move.tip_mm, source_.tips[p]).distance;
@@ -207,9 +207,10 @@ class PathCheck {
     findings_.at_most(Rule::path_volume, std::max(0.0, std::abs(volume - wanted) - rounding) / std::max(wanted, 1e-9), 1e-3, place, "the path gets another volume");
   }
 
-  // The place of `tip` on the source polyline, not before the last one and not much farther on than the emitted segment is long.
-  [[nodiscard]] Nearest locate(const Vec3& tip, std::size_t segment, double share, std::size_t end, double length) const {
-    const double reach = 1.5 * length + 0.3;
+  // The place of `tip` on the source polyline, not before the one of `last`, and not much farther on than the emitted
+  // segment is long; a tangle of points that the segment passes within tolerance does not count.
+  [[nodiscard]] Nearest locate(const Vec3& last, const Vec3& tip, std::size_t segment, double share, std::size_t end) const {
+    const double reach = 1.5 * (tip - last).norm() + 0.3, aside = machine_.tolerances.chord_mm + machine_.tolerances.corner_mm;
     Nearest best;
     double travelled = -share * (source_.tips[segment] - source_.tips[segment - 1]).norm();
     for (std::size_t s = segment; s < end; ++s) {
@@ -220,7 +221,7 @@ class PathCheck {
       if (here.distance < best.distance - 1e-9) best = here;
       // Waypoints are points of the path: the first place that fits, not a later pass of a hairpin that fits better.
       if (best.distance < kSamePlace_mm) break;
-      travelled += (b - a).norm();
+      if (nearest_on(last, tip, b).distance > aside) travelled += (b - a).norm();
       if (travelled > reach) break;
     }
     return best;
