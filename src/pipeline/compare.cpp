@@ -47,10 +47,7 @@ CompareRow measure(SliceState state, std::string method, const RunContext& run) 
 }  // namespace
 
 CompareResult compare(const SliceRequest& request, const RunContext& run) {
-  SliceRequest plain = request;
-  for (const char* off : {"support.interface_layers=0", "support.top_gap_mm=0", "support.side_gap_mm=0"}) apply_override(plain.config, off);
-
-  SliceState shared{.request = plain, .config = resolve_config(plain.config)};
+  SliceState shared{.request = request, .config = resolve_config(request.config)};
   run_named(shared, "load", "skeleton", run);
   CompareResult result{.model = shared.model.model.name};
   if (!shared.supported) {
@@ -71,7 +68,7 @@ CompareResult compare(const SliceRequest& request, const RunContext& run) {
     result.rows.push_back(measure(with_solid(SupportMethod::envelope, alpha), "envelope, alpha " + shortest(alpha) + " mm", run));
   }
   const double baseline = result.rows[1].volume_mm3;
-  result.rows.push_back(measure(with_solid(SupportMethod::tree, 0.0 + options.envelope_alpha_mm), "tree", run));
+  result.rows.push_back(measure(with_solid(SupportMethod::tree, options.envelope_alpha_mm), "tree", run));
 
   SliceState untrimmed = shared;
   untrimmed.solid = std::make_shared<WholeDomain>();

@@ -25,8 +25,8 @@ struct CompareResult {
   std::vector<CompareRow> rows;
 };
 
-// The tree against the envelope baseline at half, once and twice the configured alpha, untrimmed layers and no support. All
-// rows share domain, field, layers and leaves; interface layers and gaps are off in all of them. Throws Error as slice does.
+// The tree against the envelope baseline at half, once and twice the configured alpha, untrimmed layers and no support. All rows
+// share domain, field, layers and leaves. Throws Error as slice does.
 [[nodiscard]] CompareResult compare(const SliceRequest& request, const RunContext& run = {});
 
 [[nodiscard]] std::string compare_table(const CompareResult& result);  // for a terminal, and valid Markdown
