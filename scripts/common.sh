@@ -5,7 +5,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build_packages=(g++ cmake ninja-build ccache libeigen3-dev libtet1.5-dev libcgal-dev libsuitesparse-dev
   libopenblas-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libssl-dev libcairo2-dev
   fonts-dejavu-core libjs-three)
-test_packages=(libgtest-dev python3 chromium chromium-driver)
+test_packages=(libpng-dev libgtest-dev python3 chromium chromium-driver)
 
 die() {
   echo "$(basename "$0"): error: $*" >&2

@@ -283,16 +283,15 @@ ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const Lay
   for (const Run& material_run : order_runs(printed.sheets, options.support_batch_layers)) {
     run.check_stop();
     std::vector<PieceBeads> pieces;
-    int pass = -1;
-    Index layer = kNone;
+    const Sheet* laid = nullptr;
     const auto flush = [&] {
       if (!pieces.empty()) assembly.append(material_run, pieces);
       pieces.clear();
     };
     for (const Index s : material_run.sheets) {
-      if (printed.sheets[s].layer != layer || printed.sheets[s].pass != pass) flush();
-      layer = printed.sheets[s].layer;
-      pass = printed.sheets[s].pass;
+      // Pieces are put in order of travel only where they lie on one iso-surface: what is lower comes first.
+      if (laid != nullptr && printed.sheets[s].iso_value != laid->iso_value) flush();
+      laid = &printed.sheets[s];
       for (PieceBeads& piece : sheets[s].pieces) pieces.push_back(std::move(piece));
       sheets[s].pieces.clear();
     }

@@ -23,7 +23,7 @@ inline std::string read_all(const fs::path& path) {
   return out.str();
 }
 
-struct Run {
+struct Outcome {
   int exit_code = -1;
   std::string out, err;
 };
@@ -45,11 +45,11 @@ class Folder {
     return path_ / name;
   }
   // Runs `curvesup <arguments>` here.
-  [[nodiscard]] Run curvesup(const std::string& arguments, const std::string& environment = "") const {
+  [[nodiscard]] Outcome curvesup(const std::string& arguments, const std::string& environment = "") const {
     const std::string command = "cd '" + path_.string() + "' && " + environment + " '" CURVESUP_BINARY_DIR "/curvesup' " + arguments +
                                 " > .stdout 2> .stderr";
     const int status = std::system(command.c_str());
-    Run run{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_all(path_ / ".stdout"), read_all(path_ / ".stderr")};
+    Outcome run{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_all(path_ / ".stdout"), read_all(path_ / ".stderr")};
     fs::remove(path_ / ".stdout");
     fs::remove(path_ / ".stderr");
     return run;

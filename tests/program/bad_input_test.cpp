@@ -10,7 +10,7 @@ namespace curvesup {
 namespace {
 
 using program::Folder;
-using program::Run;
+using program::Outcome;
 
 std::string tet_text(const TetMesh& mesh) {
   std::ostringstream out;
@@ -24,7 +24,7 @@ TetMesh cube() { return shapes::brick_mesh({0, 0, 0}, {4, 4, 4}, {2, 2, 2}); }
 
 void expect_refused(const Folder& folder, const std::string& arguments, int exit_code, const std::string& kind, const std::string& word) {
   const auto before = folder.files(".");
-  const Run run = folder.curvesup(arguments);
+  const Outcome run = folder.curvesup(arguments);
   EXPECT_EQ(run.exit_code, exit_code) << run.err;
   const std::string start = "curvesup: error [" + kind + "] ";
   const std::size_t line = run.err.find(start);

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 using program::Folder;
-using program::Run;
+using program::Outcome;
 
 std::string slice_of(const std::string& model, const std::string& more = "") {
   const std::string data = CURVESUP_DATA "/" + model;
@@ -55,7 +55,7 @@ class ShippedModel : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedModel, GivesTheExpectedCountsAndChecks) {
   const Folder folder;
-  const Run run = folder.curvesup(slice_of(GetParam()));
+  const Outcome run = folder.curvesup(slice_of(GetParam()));
   const auto files = folder.files("out");
   ASSERT_TRUE(files.contains("report.json")) << run.err << run.out;
   const ordered_json report = ordered_json::parse(files.at("report.json"));
@@ -96,12 +96,12 @@ TEST(Slice, SameBytesForOneAndTwoThreadsAndAnyLocale) {
 
 TEST(Slice, StopsAfterAStageAndReplacesAnOlderOutput) {
   const Folder folder;
-  const Run first = folder.curvesup(slice_of("block", "--stop-after layers"));
+  const Outcome first = folder.curvesup(slice_of("block", "--stop-after layers"));
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const auto files = folder.files("out");
   EXPECT_TRUE(files.contains("layers.vtp"));
   EXPECT_FALSE(files.contains("toolpaths.vtp"));
-  const Run second = folder.curvesup(slice_of("block", "--stop-after field"));
+  const Outcome second = folder.curvesup(slice_of("block", "--stop-after field"));
   ASSERT_EQ(second.exit_code, 0) << second.err;
   EXPECT_FALSE(folder.files("out").contains("layers.vtp")) << "the older output is gone as a whole";
 }
@@ -111,7 +111,7 @@ TEST(Slice, AModelWithoutOverhangIsSlicedWithoutSupport) {
   folder.write("m.tet", "8 vertices\n5 tets\n0 0 0\n9 0 0\n9 9 0\n0 9 0\n0 0 9\n9 0 9\n9 9 9\n0 9 9\n"
                         "4 0 1 3 4\n4 1 2 3 6\n4 1 4 5 6\n4 3 4 6 7\n4 1 3 4 6\n");
   folder.write("c.json", R"({"layers": {"thickness_mm": 0.9}})");
-  const Run run = folder.curvesup("slice m.tet c.json");
+  const Outcome run = folder.curvesup("slice m.tet c.json");
   ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
   EXPECT_NE(run.err.find("no overhang"), std::string::npos) << run.err;
   const ordered_json report = ordered_json::parse(folder.files("m_out").at("report.json"));
@@ -134,7 +134,7 @@ TEST(CommandLine, HelpVersionAndConfigCommands) {
   EXPECT_NE(folder.curvesup("--version").out.find("curvesup 0."), std::string::npos);
   EXPECT_NE(folder.curvesup("slice --help").out.find("Example"), std::string::npos);
   EXPECT_NE(folder.curvesup("config explain support.leaf_radius_mm").out.find("default 0.8"), std::string::npos);
-  const Run init = folder.curvesup("config init");
+  const Outcome init = folder.curvesup("config init");
   folder.write("c.json", init.out);
   EXPECT_EQ(folder.curvesup("config check c.json").exit_code, 0);
   EXPECT_TRUE(ordered_json::parse(folder.curvesup("config schema").out).contains("properties"));
