@@ -7,6 +7,7 @@
 #include <CGAL/convex_hull_3.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <numeric>
 
 #include "curvesup/core/error.h"
@@ -21,6 +22,7 @@ namespace Pmp = CGAL::Polygon_mesh_processing;
 
 constexpr double kFeatureAngleDeg = 60.0;
 constexpr unsigned kRemeshRounds = 3;
+constexpr double kHullNoise = 1e-6;  // mm
 
 Point to_cgal(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
 
@@ -64,6 +66,14 @@ TriangleMesh in_canonical_order(const TriangleMesh& mesh) {
   return result;
 }
 
+// A number in [-1, 1) that depends on `index` alone.
+double noise(std::uint64_t index) {
+  index = (index + 1) * 0x9e3779b97f4a7c15ULL;
+  index = (index ^ (index >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  index = (index ^ (index >> 27)) * 0x94d049bb133111ebULL;
+  return static_cast<double>((index ^ (index >> 31)) >> 11) * 0x1p-52 - 1.0;
+}
+
 Surface to_surface(const TriangleMesh& mesh) {
   Surface surface;
   std::vector<Surface::Vertex_index> id;
@@ -82,7 +92,10 @@ Kernel::Triangle_3 corner_triangle(const TriangleMesh& mesh, Index t) {
 TriangleMesh convex_hull(std::span<const Vec3> points) {
   std::vector<Point> input;
   input.reserve(points.size());
-  for (const Vec3& p : points) input.push_back(to_cgal(p));
+  // Flat facets of many points are triangulated by addresses too: a nanometre of noise leaves one way only.
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    input.push_back(to_cgal(points[i] + kHullNoise * Vec3(noise(3 * i), noise(3 * i + 1), noise(3 * i + 2))));
+  }
   Surface surface;
   CGAL::convex_hull_3(input.begin(), input.end(), surface);
   if (surface.number_of_faces() < 4) {

@@ -47,9 +47,10 @@ CompareRow measure(SliceState state, std::string method, const RunContext& run) 
 }  // namespace
 
 CompareResult compare(const SliceRequest& request, const RunContext& run) {
-  SliceState shared{.request = request, .config = resolve_config(request.config)};
+  SliceState shared(request);
   run_named(shared, "load", "skeleton", run);
-  CompareResult result{.model = shared.model.model.name};
+  CompareResult result;
+  result.model = shared.model.model.name;
   if (!shared.supported) {
     throw Error(ErrorKind::usage, "compare", "the model gets no support: it has no overhang, or support.method is none",
                 "compare a model with an overhang");

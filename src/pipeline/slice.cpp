@@ -57,7 +57,7 @@ std::vector<std::string> slice_stage_names() {
 }
 
 SliceOutcome slice(const SliceRequest& request, const RunContext& outer) {
-  SliceState state{.request = request, .config = resolve_config(request.config)};
+  SliceState state(request);
   OutputFolder folder(request.out);
 
   SliceOutcome outcome;

@@ -21,6 +21,9 @@ namespace curvesup {
 
 // What the stages hand on: each fills its own result and never edits an earlier one.
 struct SliceState {
+  // Resolves the config; throws Error{usage}.
+  explicit SliceState(const SliceRequest& asked) : request(asked), config(resolve_config(asked.config)) {}
+
   const SliceRequest& request;
   Json config;  // resolved
 

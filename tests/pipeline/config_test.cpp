@@ -78,7 +78,7 @@ TEST_F(ConfigFiles, AnUnknownKeyNamesTheNearest) {
 }
 
 TEST_F(ConfigFiles, WrongTypeAndRangeNameKeyValueAndLimit) {
-  for (const auto& [text, value, limit] : {std::tuple{R"({"layers": {"count": 0}})", "0", "at least 1"},
+  for (const auto& [text, value, limit] : {std::tuple{R"({"layers": {"count": 0}})", "0", "from 1"},
                                            std::tuple{R"({"layers": {"count": 1.5}})", "1.5", "a whole number"},
                                            std::tuple{R"({"support": {"method": "forest"}})", "forest", "envelope"},
                                            std::tuple{R"({"model": {"rotate_deg": [1, 2]}})", "[1,2]", "3 numbers"}}) {
