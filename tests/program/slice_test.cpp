@@ -121,7 +121,7 @@ TEST(Slice, AModelWithoutOverhangIsSlicedWithoutSupport) {
 
 TEST(Slice, AnInterruptLeavesNothingBehind) {
   const Folder folder;
-  const std::string command = "cd '" + folder.path().string() + "' && (timeout --signal=INT 0.15 '" CURVESUP_BINARY_DIR "/curvesup' " +
+  const std::string command = "cd '" + folder.path().string() + "' && (timeout --signal=TERM 0.15 '" CURVESUP_BINARY_DIR "/curvesup' " +
                               slice_of("dome") + " > /dev/null 2> err.txt; echo $? > code.txt)";
   ASSERT_EQ(std::system(command.c_str()), 0);
   EXPECT_NE(program::read_all(folder.path() / "err.txt").find("[interrupted]"), std::string::npos);
