@@ -1,8 +1,8 @@
 #include "commands.h"
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <csignal>
-#include <ctime>
 #include <filesystem>
 #include <iostream>
 #include <thread>
@@ -28,25 +28,24 @@ namespace {
 
 constexpr int kUsageExit = 2;
 
-// Turns SIGINT and SIGTERM into a stop request, from a thread of its own: nothing is done inside a signal handler.
+volatile std::sig_atomic_t interrupt_seen = 0;
+
+// Turns SIGINT and SIGTERM into a stop request. The handler only notes the signal, a thread of its own passes it on: signals
+// cannot simply be blocked, since libraries start threads before main() that would take them.
 class InterruptWatch {
  public:
   InterruptWatch() {
-    sigemptyset(&signals_);
-    sigaddset(&signals_, SIGINT);
-    sigaddset(&signals_, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { interrupt_seen = 1; });
     watcher_ = std::jthread([this](const std::stop_token& ended) {
-      const timespec wait{0, 100'000'000};
       while (!ended.stop_requested()) {
-        if (sigtimedwait(&signals_, nullptr, &wait) > 0) source_.request_stop();
+        if (interrupt_seen != 0) source_.request_stop();
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
       }
     });
   }
   [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
 
  private:
-  sigset_t signals_{};
   std::stop_source source_;
   std::jthread watcher_;
 };
