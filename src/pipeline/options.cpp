@@ -149,13 +149,6 @@ const OptionTable<ToolpathOptions>& toolpath_table() {
     t.number("bead_width_mm", CURVESUP_FIELD(bead_width_mm), 0.05, 20, "Width of a bead, and distance of neighbouring rings.");
     t.number("min_bead_mm", CURVESUP_FIELD(min_bead_mm), 0.01, 20, "Narrowest bead where rings meet or a piece is thin.");
     t.number("max_bead_mm", CURVESUP_FIELD(max_bead_mm), 0.05, 40, "Widest bead where rings meet or a piece is thin.");
-    t.choice("model_fill", CURVESUP_FIELD(material[0].fill), {"contour", "contour+zigzag"}, "How pieces of the model are filled.");
-    t.choice("support_fill", CURVESUP_FIELD(material[1].fill), {"contour", "contour+zigzag"}, "How pieces of the support are filled.");
-    t.integer("model_perimeters", CURVESUP_FIELD(material[0].perimeters), 0, 1000, "Rings around the lines of contour+zigzag, model.");
-    t.integer("support_perimeters", CURVESUP_FIELD(material[1].perimeters), 0, 1000, "Rings around the lines of contour+zigzag, support.");
-    t.number("model_line_spacing_mm", CURVESUP_FIELD(material[0].line_spacing_mm), 0, 100, "Distance of the lines of contour+zigzag, model; 0: one bead.");
-    t.number("support_line_spacing_mm", CURVESUP_FIELD(material[1].line_spacing_mm), 0, 100, "Distance of the lines of contour+zigzag, support; 0: one bead.");
-    t.integer("dense_interface_layers", CURVESUP_FIELD(interface_layers), 0, 1000, "Support this many layers from the model is never sparse.");
     t.choice("seam", CURVESUP_FIELD(seam), {"nearest", "aligned", "sharpest_corner", "random"}, "Where a ring starts.");
     t.integer("seed", CURVESUP_FIELD(seed), 0, 4294967295.0, "Seed of the random seam.");
     t.boolean("link_rings", CURVESUP_FIELD(link_rings), "Join the rings of a piece by short steps on the surface.");
@@ -163,7 +156,6 @@ const OptionTable<ToolpathOptions>& toolpath_table() {
     t.number("model_speed_mm_s", CURVESUP_FIELD(material[0].speed_mm_s), 0.1, 500, "Speed of the nozzle on the model.");
     t.number("support_speed_mm_s", CURVESUP_FIELD(material[1].speed_mm_s), 0.1, 500, "Speed of the nozzle on the support.");
     t.number("first_layer_speed_factor", CURVESUP_FIELD(first_layer_speed_factor), 0.01, 10, "Factor on the speed where the bead touches the platform.");
-    t.number("overhang_speed_factor", CURVESUP_FIELD(overhang_speed_factor), 0.01, 10, "Factor on the speed where nothing lies under the bead.");
     t.number("min_speed_mm_s", CURVESUP_FIELD(min_speed_mm_s), 0.1, 500, "The small-piece slow-down goes no lower.");
     t.number("min_layer_time_s", CURVESUP_FIELD(min_layer_time_s), 0, 3600, "Least time for one piece of one layer.");
     t.number("max_flow_mm3_s", CURVESUP_FIELD(max_flow_mm3_s), 0.01, 1000, "Most plastic that the nozzle melts.");
@@ -269,12 +261,8 @@ TrimOptions trim_options(const Json& config) {
 }
 
 ToolpathCertificateOptions toolpath_certificate_options(const Json& config) {
-  const ToolpathOptions toolpath = toolpath_options(config);
   ToolpathCertificateOptions options;
-  options.bead_width_mm = toolpath.bead_width_mm;
-  for (std::size_t m = 0; m < toolpath.material.size(); ++m) {
-    options.dense[m] = toolpath.material[m].line_spacing_mm <= toolpath.bead_width_mm;
-  }
+  options.bead_width_mm = toolpath_options(config).bead_width_mm;
   return options;
 }
 

@@ -33,8 +33,6 @@ void validate(const ToolpathOptions& o) {
   require(o.travel_speed_mm_s > 0.0, "travel_speed_mm_s", o.travel_speed_mm_s, "> 0");
   for (const auto& material : o.material) {
     require(material.speed_mm_s > 0.0, "speed_mm_s", material.speed_mm_s, "> 0");
-    require(material.perimeters >= 0, "perimeters", material.perimeters, ">= 0");
-    require(material.line_spacing_mm >= 0.0, "line_spacing_mm", material.line_spacing_mm, ">= 0");
   }
 }
 

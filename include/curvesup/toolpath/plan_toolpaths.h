@@ -13,17 +13,10 @@
 
 namespace curvesup {
 
-enum class FillKind : std::uint8_t {
-  contour,         // rings at (i + 1/2) w from the border, centre lines where they meet
-  contour_zigzag,  // `perimeters` rings, lines at `line_spacing_mm` inside, their direction alternating from layer to layer
-};
 enum class SeamRule : std::uint8_t { nearest, aligned, sharpest_corner, random };
 
 // What may differ between model and support.
 struct MaterialToolpathOptions {
-  FillKind fill = FillKind::contour;
-  int perimeters = 2;            // contour_zigzag only
-  double line_spacing_mm = 0.0;  // contour_zigzag only; 0: one bead width, more: sparse
   double speed_mm_s = 10.0;
 };
 
@@ -32,14 +25,12 @@ struct ToolpathOptions {
   double min_bead_mm = 0.2;  // centre lines have a width from here ...
   double max_bead_mm = 1.2;  // ... to here
   std::array<MaterialToolpathOptions, kMaterialCount> material{};  // by Material
-  int interface_layers = 2;  // support this many layers below and above the model is always dense
   SeamRule seam = SeamRule::nearest;
   unsigned seed = 1;  // of SeamRule::random
   bool link_rings = true;
   int support_batch_layers = 1;  // layers of support that are laid before those of the model
 
   double first_layer_speed_factor = 0.5;  // where the bead touches the platform
-  double overhang_speed_factor = 0.6;     // where nothing lies under the bead
   double min_speed_mm_s = 2.0;            // the small-piece slow-down goes no lower
   double min_layer_time_s = 5.0;          // of one piece of one layer
   double max_flow_mm3_s = 8.0;
