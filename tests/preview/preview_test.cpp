@@ -281,7 +281,9 @@ TEST(InspectPage, MarksBadElements) {
   EXPECT_EQ(scene["report"]["mesh"]["usable"], diagnosis.usable());
   for (std::size_t i = 0; i < diagnosis.problems.size(); ++i) {
     EXPECT_EQ(scene["checks"][i]["value"], diagnosis.problems[i].count());
-    if (diagnosis.problems[i].name == "inverted_tets") EXPECT_EQ(scene["checks"][i]["places"].size(), 1u);
+    if (diagnosis.problems[i].name == "inverted_tets") {
+      EXPECT_EQ(scene["checks"][i]["places"].size(), 1u);
+    }
   }
   EXPECT_GE(scene["buffers"]["bad_triangles"]["count"].get<int>(), 4 * 9);
 }
