@@ -89,19 +89,29 @@ Kernel::Triangle_3 corner_triangle(const TriangleMesh& mesh, Index t) {
 
 }  // namespace
 
-TriangleMesh convex_hull(std::span<const Vec3> points) {
-  std::vector<Point> input;
-  input.reserve(points.size());
-  // Flat facets of many points are triangulated by addresses too: a nanometre of noise leaves one way only.
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    input.push_back(to_cgal(points[i] + kHullNoise * Vec3(noise(3 * i), noise(3 * i + 1), noise(3 * i + 2))));
-  }
+namespace {
+Surface hull_of(const std::vector<Point>& points) {
   Surface surface;
-  CGAL::convex_hull_3(input.begin(), input.end(), surface);
+  CGAL::convex_hull_3(points.begin(), points.end(), surface);
   if (surface.number_of_faces() < 4) {
     throw Error(ErrorKind::geometry, "hull", "the model and its trajectories lie in one plane", "check the model's scale");
   }
-  return in_canonical_order(from_cgal(surface));
+  return surface;
+}
+}  // namespace
+
+// Flat facets are triangulated by addresses too. A nanometre of noise leaves one way only; it is given to the hull's own
+// vertices alone, since points inside a flat facet would become vertices of needles.
+TriangleMesh convex_hull(std::span<const Vec3> points) {
+  std::vector<Point> input;
+  input.reserve(points.size());
+  for (const Vec3& p : points) input.push_back(to_cgal(p));
+  const std::vector<Vec3> extreme = in_canonical_order(from_cgal(hull_of(input))).vertices;
+  input.clear();
+  for (std::size_t i = 0; i < extreme.size(); ++i) {
+    input.push_back(to_cgal(extreme[i] + kHullNoise * Vec3(noise(3 * i), noise(3 * i + 1), noise(3 * i + 2))));
+  }
+  return in_canonical_order(from_cgal(hull_of(input)));
 }
 
 TriangleMesh remesh_isotropic(const TriangleMesh& mesh, double edge_length) {
