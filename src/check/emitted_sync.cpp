@@ -36,7 +36,7 @@ class RobotPairs {
       switch (event.kind) {
         case RobotEvent::Kind::barrier: barrier_ = event.number; break;
         case RobotEvent::Kind::path: comment_ = event.number; break;
-        case RobotEvent::Kind::sleep: break;
+        case RobotEvent::Kind::sleep: rest(event); break;
         case RobotEvent::Kind::output: output(event); break;
         case RobotEvent::Kind::wait: wait(event, moved); break;
         case RobotEvent::Kind::exchange: exchange(event); break;
@@ -106,6 +106,11 @@ class RobotPairs {
     if (state_ != State::open) return fail("a gate outside a chain");
     if (link_.kind == DuetLink::telnet && number != ++signal_) fail("signals do not count 1, 2, ...");
     pairs_.back().gates.push_back({static_cast<int>(pairs_.back().moves), number, line});
+  }
+
+  // Before the first move of a chain it is the lead that the board is given.
+  void rest(const RobotEvent& event) {
+    if (state_ == State::open && pairs_.back().moves > 0) pairs_.back().rests.push_back({static_cast<int>(pairs_.back().moves), event.seconds});
   }
 
   void move(const RobotPart& part, const RobotEvent& event) {
@@ -355,6 +360,8 @@ class SyncCheck {
     const double acceleration = machine_.speeds.print_acceleration_m_s2;
     chain.robot_s.resize(chain.moves);
     chain.job_s.resize(chain.moves);
+    chain.rest_s.assign(chain.moves, 0.0);
+    for (const Rest& rest : robot.rests) chain.rest_s[static_cast<std::size_t>(rest.move) - 1] += rest.seconds;
     std::size_t stop = 0;
     bool begins = true;
     for (std::size_t k = 0; k < chain.moves; ++k) {
@@ -431,7 +438,7 @@ class SyncCheck {
     std::vector<double> job_until(chain.moves + 1, 0.0), robot_until(chain.moves + 1, 0.0);
     for (std::size_t k = 0; k < chain.moves; ++k) {
       job_until[k + 1] = job_until[k] + chain.job_s[k];
-      robot_until[k + 1] = robot_until[k] + chain.robot_s[k];
+      robot_until[k + 1] = robot_until[k] + chain.robot_s[k] + chain.rest_s[k];
     }
     const auto bound = [&](std::size_t j) {
       return j == 0 ? std::size_t{0} : j <= job.gates.size() ? static_cast<std::size_t>(job.gates[j - 1].move) : chain.moves;

@@ -18,6 +18,12 @@ struct Gate {
 
 enum class PairKind { part, path, change, unload };
 
+// The arm stands before move `move` of its chain.
+struct Rest {
+  int move = 0;
+  double seconds = 0.0;
+};
+
 // One barrier pair of one program. The moves of a chain follow each other.
 struct BarrierPair {
   PairKind kind = PairKind::part;
@@ -25,6 +31,7 @@ struct BarrierPair {
   std::size_t first_move = 0, moves = 0;  // rows of RobotPart::moves or Job::moves
   std::vector<Gate> gates;
   std::vector<int> stops;                 // of the job: M400 before these moves of the chain
+  std::vector<Rest> rests;                // of the script: between the moves of the chain
   int comment = -1;                       // row of `paths`
   int line = 0;
 };
@@ -36,6 +43,7 @@ struct Chain {
   int path = -1, section = 0, sections = 0;
   int robot_comment = -1, job_comment = -1;
   std::vector<double> robot_s, job_s;      // of each move, by the time model
+  std::vector<double> rest_s;              // of the arm behind each move
 };
 
 struct Programs {

@@ -52,6 +52,10 @@ void append_print_move(std::string& text, const Move& move, const Speeds& speeds
   text += ", r=";
   append_fixed(text, move.blend_mm / 1000.0, 6);
   text += move.rotation_limited ? ") # rotation\n" : ")\n";
+  if (move.rest_s == 0.0) return;
+  text += " sleep(";
+  append_fixed(text, move.rest_s, 3);
+  text += ")\n";
 }
 
 void append_path_comment(std::string& text, const PathMotion& path) {

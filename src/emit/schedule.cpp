@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "curvesup/core/parallel.h"
 
 namespace curvesup::emit {
 
 namespace {
+
+constexpr double kFrame_s = 0.002;  // of the robot's controller: it stands for whole ones
 
 // Time that a circular blend of zone radius r saves at a corner of turn phi: the way is 2 r - R phi shorter.
 double time_saved(double blend_mm, double turn, double feed_mm_s) {
@@ -26,7 +29,8 @@ Pose between(const Pose& from, const Pose& to, double fraction) {
 }
 
 // The move from `from` to `to`, in as many equal pieces as keep each below `longest_s`.
-void append_moves(const Waypoint& from, const Waypoint& to, double longest_s, double blend_fraction, std::vector<Move>& moves) {
+void append_moves(const Waypoint& from, const Waypoint& to, double blend_mm, double longest_s, double blend_fraction,
+                  std::vector<Move>& moves) {
   const int pieces = std::max(1, static_cast<int>(std::ceil(to.duration_s / longest_s)));
   const double length = (to.tip_mm - from.tip_mm).norm() / pieces;
   for (int i = 1; i <= pieces; ++i) {
@@ -38,11 +42,27 @@ void append_moves(const Waypoint& from, const Waypoint& to, double longest_s, do
     move.speed_mm_s = to.speed_mm_s;
     move.duration_s = to.duration_s / pieces;
     move.feed_mm_s = to.rotation_limited && to.duration_s > 0.0 ? length / move.duration_s : to.speed_mm_s;
-    move.blend_mm = i == pieces ? to.blend_mm : blend_fraction * length;
+    move.blend_mm = i == pieces ? blend_mm : blend_fraction * length;
     move.volume_mm3 = to.volume_mm3 / pieces;
     move.rotation_limited = to.rotation_limited;
     moves.push_back(move);
   }
+}
+
+// Corners save the robot time that the Duet needs. It stands still for what it has saved wherever both machines stop, and
+// where no stop comes soon enough a corner becomes one: it is never ahead by more than `most_s`.
+std::vector<double> blends_with_stops(std::span<const Waypoint> points, double most_s) {
+  std::vector<double> blends(points.size(), 0.0);
+  double ahead = 0.0;
+  for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+    const double turn = turn_between(points[i].tip_mm - points[i - 1].tip_mm, points[i + 1].tip_mm - points[i].tip_mm);
+    const double feed = (points[i].tip_mm - points[i - 1].tip_mm).norm() / std::max(points[i].duration_s, 1e-9);
+    const double saved = time_saved(points[i].blend_mm, turn, feed);
+    const bool stops = points[i].blend_mm == 0.0 || ahead + saved > most_s;
+    blends[i] = stops ? 0.0 : points[i].blend_mm;
+    ahead = stops ? 0.0 : ahead + saved;
+  }
+  return blends;
 }
 
 // Blend zones of neighbouring waypoints must not meet, also after a move was divided.
@@ -83,7 +103,7 @@ class Chunker {
 
  private:
   int chunk_end(int start, int count) {
-    double time = 0.0, saved = 0.0;
+    double time = 0.0;
     double since_stop = chain_.stop_before(start) ? 0.0 : kNever;
     int best = start + 1;
     double best_tail = -1.0;
@@ -92,9 +112,8 @@ class Chunker {
       const Move& move = chain_.moves[static_cast<std::size_t>(k)];
       if (k > start && chain_.stop_before(k)) since_stop = 0.0;
       const double seconds = move.duration_s + ramp_seconds(chain_, k, acceleration_);
-      if (k > start && (time + seconds > link_.gate_interval_s || saved + move.saved_s > options_.max_chunk_mismatch_s)) break;
+      if (k > start && time + seconds > link_.gate_interval_s) break;
       time += seconds;
-      saved += move.saved_s;
       since_stop += seconds;
       const double tail = std::min(since_stop, options_.stop_margin_s);
       if (tail >= best_tail) {
@@ -108,12 +127,13 @@ class Chunker {
   }
 
   void record(int start, int end) {
-    double saved = 0.0;
+    double ahead = 0.0;
     for (int k = start; k < end; ++k) {
-      saved += chain_.moves[static_cast<std::size_t>(k)].saved_s;
-      chain_.duet_s += chain_.moves[static_cast<std::size_t>(k)].duration_s + ramp_seconds(chain_, k, acceleration_);
+      const Move& move = chain_.moves[static_cast<std::size_t>(k)];
+      ahead += move.saved_s - move.rest_s;
+      chain_.duet_s += move.duration_s + ramp_seconds(chain_, k, acceleration_);
     }
-    chain_.max_mismatch_s = std::max(chain_.max_mismatch_s, saved);
+    chain_.max_mismatch_s = std::max(chain_.max_mismatch_s, std::abs(ahead));
   }
 
   static constexpr double kNever = 1e9;
@@ -131,23 +151,32 @@ Chain schedule_chain(const Motion& motion, const PathMotion& path, const Machine
   chain.start_tip_mm = points[0].tip_mm;
   chain.moves.reserve(static_cast<std::size_t>(path.waypoint_count));
   const double fraction = machine.tolerances.blend_fraction;
+  const std::vector<double> blends =
+      blends_with_stops({points, static_cast<std::size_t>(path.waypoint_count)}, options.max_ahead_s);
   double since_stop = options.stop_margin_s;
   for (Index i = 1; i < path.waypoint_count; ++i) {
     const double ramp = points[i].speed_mm_s / (1000.0 * machine.speeds.print_acceleration_m_s2);
     double longest = std::max(0.5 * machine.link.gate_interval_s, 0.98 * machine.link.gate_interval_s - ramp);
     // After a stop there must be a place for a gate that is far enough from it.
-    if (i > 1 && points[i - 1].blend_mm == 0.0) since_stop = 0.0;
+    if (i > 1 && blends[i - 1] == 0.0) since_stop = 0.0;
     if (since_stop < options.stop_margin_s) longest = std::min(longest, 2.0 * options.stop_margin_s);
     since_stop += points[i].duration_s;
-    append_moves(points[i - 1], points[i], longest, fraction, chain.moves);
+    append_moves(points[i - 1], points[i], blends[i], longest, fraction, chain.moves);
   }
   limit_blends(fraction, chain.moves);
+  double ahead = 0.0;
   for (std::size_t i = 0; i + 1 < chain.moves.size(); ++i) {
     Move& move = chain.moves[i];
-    if (move.blend_mm == 0.0) ++chain.stops;
+    if (move.blend_mm == 0.0) {
+      ++chain.stops;
+      move.rest_s = std::floor(ahead / kFrame_s) * kFrame_s;
+      ahead -= move.rest_s;
+      continue;
+    }
     const Vec3& before = i == 0 ? chain.start_tip_mm : chain.moves[i - 1].tip_mm;
     const double turn = turn_between(move.tip_mm - before, chain.moves[i + 1].tip_mm - move.tip_mm);
     move.saved_s = time_saved(move.blend_mm, turn, move.feed_mm_s);
+    ahead += move.saved_s;
   }
   Chunker(chain, machine, options).divide();
   return chain;

@@ -19,6 +19,7 @@ struct Move {
   double blend_mm = 0.0;      // at its end; 0: both machines stop there
   double volume_mm3 = 0.0;
   double saved_s = 0.0;       // by the robot in the blend at its end
+  double rest_s = 0.0;        // for which the robot stands at its end, a stop, so that the Duet comes up
   bool rotation_limited = false;
 };
 

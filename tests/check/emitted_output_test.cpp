@@ -27,5 +27,29 @@ TEST(CheckOutput, SoundPrintPassesEveryCheck) {
   EXPECT_EQ(figures.paths, 7u);
 }
 
+// A wave of blended corners, each of which the arm cuts: 3.5 ms of 100 ms.
+Toolpaths wave() {
+  Toolpaths toolpaths;
+  std::vector<Vec3> positions;
+  for (int i = 0; i <= 120; ++i) positions.push_back(Vec3(-50.0 + 0.866 * i, i % 2 == 0 ? 0.0 : 0.5, 0.3));
+  shapes::add_path(toolpaths, positions, std::vector<Vec3>(positions.size(), Vec3::UnitZ()), 0);
+  return toolpaths;
+}
+
+TEST(CheckOutput, ArmWaitsForTheBoardWhatItsCornersSave) {
+  WrittenPrint print = write_print(wave(), Machine{});
+  CheckOutputResult result = check_written(print);
+  EXPECT_TRUE(result.ok) << check_summary(result);
+  EXPECT_LT(result.figures.max_chain_mismatch_s, 0.041);
+  std::string& script = print.files.at("robot/part_0001.script");
+  int waits = 0;
+  for (std::size_t at; (at = script.find(" sleep(0.0", script.find("# barrier path"))) != std::string::npos; ++waits)
+    script.erase(at, script.find('\n', at) + 1 - at);
+  EXPECT_GE(waits, 5);
+  result = check_written(print);
+  EXPECT_FALSE(result.ok);
+  EXPECT_GT(result.figures.max_chain_mismatch_s, 0.25);
+}
+
 }  // namespace
 }  // namespace curvesup

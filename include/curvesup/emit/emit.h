@@ -17,7 +17,7 @@ struct EmitOptions {
   double layer_height_mm = 0.0;      // for the header of the Duet job; 0: the median bead height of the toolpaths
   double stop_lift_mm = 30.0;        // along the nozzle axis, before the robot halts on a timeout
   double stop_margin_s = 0.2;        // a gate stays at its level at least this long after a stop of both machines
-  double max_chunk_mismatch_s = 0.04;  // a chunk ends before the corners cut by blends save the robot more than this
+  double max_ahead_s = 0.04;         // that corners cut by blends may save the robot before it waits for the Duet at a stop
 };
 
 struct EmittedFile {
@@ -101,7 +101,9 @@ struct EmittedFiles {
 //   lift_and_halt; g to False after each end acknowledge of a chain. On the Duet: M42 P0 S0 after each ;PART.
 //
 //   STOPS. A waypoint inside a chain with r = 0 stops both: the Duet job has M400 between the two moves. Where a gate
-//   lies at the same waypoint, M577 comes before M400.
+//   lies at the same waypoint, M577 comes before M400. The robot then stands for the time that its blends have saved since
+//   the stop before ("sleep(s)" behind the movep, before a gate), so that it never is further ahead than max_ahead_s: where
+//   no stop comes soon enough, a blend becomes one.
 //
 //   TIME. Chain: sum over its moves of length / (F / 60), plus v / a per stretch between two stops (start and end of the
 //   chain are stops; half at its first, half at its last move), the same for both machines, except that the robot saves
