@@ -7,6 +7,7 @@
 #include <charconv>
 
 #include "curvesup/core/error.h"
+#include "curvesup/core/parallel.h"
 #include "curvesup/io/sha256.h"
 #include "curvesup/io/text_file.h"
 
@@ -131,7 +132,8 @@ void OutputFolder::clean_up() noexcept {
   for (auto p = made_parents_.rbegin(); p != made_parents_.rend(); ++p) fs::remove(*p, ignored);
 }
 
-void OutputFolder::write(std::string_view relative, std::string_view bytes) {
+OutputFolder::File OutputFolder::write_one(std::string_view relative,
+                                           const std::function<void(const ByteSink&)>& produce) const {
   const fs::path path = fs::path(relative).lexically_normal();
   if (committed_ || path.empty() || path.is_absolute() || *path.begin() == ".." || !path.has_filename()) {
     throw Error(ErrorKind::internal, "output folder", "cannot write '" + std::string(relative) + "' into it");
@@ -140,12 +142,38 @@ void OutputFolder::write(std::string_view relative, std::string_view bytes) {
   std::error_code code;
   fs::create_directories(target.parent_path(), code);
   check(code, final_ / path, "cannot be written");
+  File file{path.generic_string(), 0, {}};
+  Sha256 hash;
   try {
-    write_file(target, bytes);
+    FileWriter writer(target);
+    produce([&](std::string_view bytes) {
+      writer.write(bytes);
+      hash.add(bytes);
+      file.bytes += bytes.size();
+    });
+    writer.finish();
   } catch (const Error& error) {
+    if (error.kind() != ErrorKind::output) throw;
     throw Error(error.kind(), (final_ / path).string(), error.problem(), error.remedy());
   }
-  files_.push_back({path.generic_string(), bytes.size(), sha256_hex(bytes)});
+  file.sha256 = hash.hex();
+  return file;
+}
+
+void OutputFolder::write(std::string_view relative, const std::function<void(const ByteSink&)>& produce) {
+  files_.push_back(write_one(relative, produce));
+}
+
+void OutputFolder::write(std::string_view relative, std::string_view bytes) {
+  write(relative, [bytes](const ByteSink& sink) { sink(bytes); });
+}
+
+void OutputFolder::write_all(std::span<const Task> tasks, const RunContext& run) {
+  std::vector<File> written(tasks.size());
+  parallel_for(tasks.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) written[i] = write_one(tasks[i].relative, tasks[i].produce);
+  });
+  files_.insert(files_.end(), written.begin(), written.end());
 }
 
 void OutputFolder::commit() {

@@ -1,9 +1,13 @@
 #include "curvesup/io/text_file.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <utility>
 
 #include "curvesup/core/error.h"
 
@@ -45,26 +49,48 @@ std::string read_file(const std::filesystem::path& path) {
   return bytes;
 }
 
-void write_file(const std::filesystem::path& path, std::string_view bytes) {
-  const auto fail = [&](int code) {
-    std::error_code ignored;
-    if (std::filesystem::is_regular_file(path, ignored)) std::filesystem::remove(path, ignored);
-    throw Error(ErrorKind::output, path.string(), "cannot be written: " + system_message(code),
-                "check the folder's permissions and the free space");
-  };
-  errno = 0;
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  if (!file) {
-    throw Error(ErrorKind::output, path.string(), "cannot be written: " + system_message(errno),
+FileWriter::FileWriter(std::filesystem::path path) : path_(std::move(path)) {
+  file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file_ < 0) {
+    throw Error(ErrorKind::output, path_.string(), "cannot be written: " + system_message(errno),
                 "check the folder's permissions");
   }
-  const bool wrote = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-  const int write_code = errno;
-  if (!wrote) {
-    std::fclose(file);
-    fail(write_code);
+}
+
+FileWriter::~FileWriter() {
+  if (file_ < 0) return;
+  ::close(file_);
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path_, ignored)) std::filesystem::remove(path_, ignored);
+}
+
+void FileWriter::write(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t wrote = ::write(file_, bytes.data(), bytes.size());
+    if (wrote < 0 && errno == EINTR) continue;
+    if (wrote <= 0) fail(errno);
+    bytes.remove_prefix(static_cast<std::size_t>(wrote));
   }
-  if (std::fclose(file) != 0) fail(errno);
+}
+
+void FileWriter::finish() {
+  const int file = std::exchange(file_, -1);
+  if (::close(file) == 0) return;
+  const int code = errno;
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path_, ignored)) std::filesystem::remove(path_, ignored);
+  fail(code);
+}
+
+void FileWriter::fail(int code) const {
+  throw Error(ErrorKind::output, path_.string(), "cannot be written: " + system_message(code),
+              "check the folder's permissions and the free space");
+}
+
+void write_file(const std::filesystem::path& path, std::string_view bytes) {
+  FileWriter file(path);
+  file.write(bytes);
+  file.finish();
 }
 
 }  // namespace curvesup

@@ -21,111 +21,183 @@ static_assert(std::endian::native == std::endian::little, "appended arrays are w
 constexpr std::uint8_t kVtkTetra = 10;
 constexpr std::string_view kTail = "\n  </AppendedData>\n</VTKFile>\n";
 
+std::size_t value_size(VtkColumn::Type type) {
+  constexpr std::size_t kSizes[] = {4, 8, 4, 1};
+  return kSizes[static_cast<int>(type)];
+}
+
+const char* type_name(VtkColumn::Type type) {
+  constexpr const char* kNames[] = {"Float32", "Float64", "Int32", "UInt8"};
+  return kNames[static_cast<int>(type)];
+}
+
 template <class T>
-constexpr const char* vtk_type() {
-  if constexpr (std::is_same_v<T, float>) return "Float32";
-  if constexpr (std::is_same_v<T, double>) return "Float64";
-  if constexpr (std::is_same_v<T, std::int32_t>) return "Int32";
-  if constexpr (std::is_same_v<T, std::uint8_t>) return "UInt8";
+const char* vtk_type() {
+  return type_name(vtk_column_type<T>());
+}
+
+// ------------------------------------------------------------------------------------------- indices, both directions
+
+// Text in `where` names the file on reading and the function on writing.
+void check_indices(ErrorKind kind, const std::string& where, std::span<const Index> indices, std::size_t points) {
+  for (const Index i : indices) {
+    if (i < 0 || static_cast<std::size_t>(i) >= points) {
+      throw Error(kind, where,
+                  "point index " + std::to_string(i) + " is out of range 0 to " + std::to_string(points) + " - 1");
+    }
+  }
+}
+
+void check_ascending(ErrorKind kind, const std::string& where, std::span<const Index> ends, Index& previous) {
+  for (const Index end : ends) {
+    if (end < previous) throw Error(kind, where, "ends of polylines must ascend");
+    previous = end;
+  }
+}
+
+void check_last_end(ErrorKind kind, const std::string& where, Index last, std::size_t line_points) {
+  if (static_cast<std::size_t>(last) != line_points) {
+    throw Error(kind, where, "the last polyline does not end with the last point of the list");
+  }
 }
 
 // ---------------------------------------------------------------------------------------------------- writing
 
-// Collects the XML head and, in the same order, what fills the appended blocks.
+constexpr std::size_t kBlockBytes = std::size_t{1} << 18;
+
+// What lies in memory as the file wants it.
+template <class T>
+VtkColumn view(std::string name, int components, const T* values, std::size_t count) {
+  return {std::move(name), components, vtk_column_type<T>(), count,
+          [values, components](std::size_t begin, std::size_t end, char* to) {
+            const std::size_t n = static_cast<std::size_t>(components);
+            if (end > begin) std::memcpy(to, values + n * begin, n * (end - begin) * sizeof(T));
+          }};
+}
+
+template <std::size_t N>
+VtkColumn view(const std::vector<std::array<Index, N>>& cells) {
+  return view("connectivity", static_cast<int>(N), cells.empty() ? nullptr : cells.front().data(), cells.size());
+}
+
+std::vector<VtkColumn> views(const std::vector<VtkArray>& arrays) {
+  std::vector<VtkColumn> columns;
+  for (const VtkArray& a : arrays) {
+    std::visit(
+        [&](const auto& values) {
+          const std::size_t components = static_cast<std::size_t>(std::max(a.components, 1));
+          if (a.components < 1 || values.size() % components != 0) {
+            throw Error(ErrorKind::internal, "vtk array " + a.name,
+                        "has " + std::to_string(values.size()) + " values in groups of " + std::to_string(a.components));
+          }
+          columns.push_back(view(a.name, a.components, values.data(), values.size() / components));
+        },
+        a.values);
+  }
+  return columns;
+}
+
+VtkColumn point_column(const std::vector<Vec3>& points, VtkPrecision precision) {
+  const auto itself = [](const Vec3& p) { return p; };
+  return precision == VtkPrecision::float64 ? vtk_column<double>("Points", points, itself)
+                                            : vtk_column<float>("Points", points, itself);
+}
+
+// Ends of cells of n points each.
+VtkColumn even_ends(std::size_t cells, int n) {
+  return {"offsets", 1, VtkColumn::Type::int32, cells, [n](std::size_t begin, std::size_t end, char* to) {
+            for (std::size_t c = begin; c < end; ++c, to += sizeof(Index)) {
+              const Index cell_end = static_cast<Index>(n * (c + 1));
+              std::memcpy(to, &cell_end, sizeof cell_end);
+            }
+          }};
+}
+
+// Collects the XML head and, in the same order, the columns that fill the appended blocks.
 class Writer {
  public:
-  explicit Writer(const char* type) {
-    xml_ = "<?xml version=\"1.0\"?>\n<VTKFile type=\"" + std::string(type) +
-           "\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <" + type + ">\n";
-    type_ = type;
+  Writer(const char* type, std::size_t points) : type_(type), points_(points) {
+    xml_ = "<?xml version=\"1.0\"?>\n<VTKFile type=\"" + type_ +
+           "\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <" + type_ + ">\n";
   }
+
+  enum class Meaning { values, point_indices, ascending_ends };
 
   void open(const std::string& element) { xml_ += "      <" + element + ">\n"; }
   void close(const std::string& element) { xml_ += "      </" + element + ">\n"; }
   void open_piece(const std::string& attributes) { xml_ += "    <Piece " + attributes + ">\n"; }
 
-  // `fill` writes count values of T, one after the other, to the address it is given.
-  template <class T>
-  void array(const std::string& name, int components, std::size_t count, std::function<void(char*)> fill) {
-    xml_ += std::string("        <DataArray type=\"") + vtk_type<T>() + "\" Name=\"" + escaped(name) +
-            "\" NumberOfComponents=\"" + std::to_string(components) + "\" format=\"appended\" offset=\"" +
+  // The numbers of a connectivity stand alone in the file, whatever they are grouped by in memory.
+  void array(const VtkColumn& column, const std::string& name, Meaning meaning = Meaning::values, std::size_t last_end = 0) {
+    const int shown = meaning == Meaning::values ? column.components : 1;
+    xml_ += std::string("        <DataArray type=\"") + type_name(column.type) + "\" Name=\"" + escaped(name) +
+            "\" NumberOfComponents=\"" + std::to_string(shown) + "\" format=\"appended\" offset=\"" +
             std::to_string(offset_) + "\"/>\n";
-    blocks_.push_back({count * sizeof(T), std::move(fill)});
-    offset_ += 8 + count * sizeof(T);
+    blocks_.push_back({column, meaning, last_end});
+    offset_ += 8 + bytes_of(column);
   }
 
-  template <class T>
-  void plain_array(const std::string& name, int components, std::span<const T> values) {
-    array<T>(name, components, values.size(), [values](char* to) {
-      if (!values.empty()) std::memcpy(to, values.data(), values.size_bytes());
-    });
-  }
-
-  void data(const std::string& section, const std::vector<VtkArray>& arrays, std::size_t count) {
+  void data(const std::string& section, const std::vector<VtkColumn>& columns, std::size_t count) {
     open(section);
-    for (const VtkArray& a : arrays) {
-      std::visit(
-          [&](const auto& values) {
-            if (a.components < 1 || values.size() != count * static_cast<std::size_t>(a.components)) {
-              throw Error(ErrorKind::internal, "vtk array " + a.name,
-                          "has " + std::to_string(values.size()) + " values instead of " + std::to_string(count) +
-                              " x " + std::to_string(a.components));
-            }
-            plain_array(a.name, a.components, std::span(values));
-          },
-          a.values);
+    for (const VtkColumn& column : columns) {
+      if (column.count != count) {
+        throw Error(ErrorKind::internal, "vtk array " + column.name,
+                    "has " + std::to_string(column.count) + " elements instead of " + std::to_string(count));
+      }
+      array(column, column.name);
     }
     close(section);
   }
 
-  void points(const std::vector<Vec3>& points, VtkPrecision precision) {
+  void points(const VtkColumn& column) {
     open("Points");
-    if (precision == VtkPrecision::float64) {
-      array<double>("Points", 3, 3 * points.size(), [&points](char* to) {
-        if (!points.empty()) std::memcpy(to, points.data(), points.size() * sizeof(Vec3));
-      });
-    } else {
-      array<float>("Points", 3, 3 * points.size(), [&points](char* to) {
-        for (const Vec3& p : points) {
-          const float xyz[3] = {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
-          std::memcpy(to, xyz, sizeof xyz);
-          to += sizeof xyz;
-        }
-      });
-    }
+    array(column, "Points");
     close("Points");
   }
 
-  // Cells of N points each.
-  template <std::size_t N>
-  void simplices(const std::vector<std::array<Index, N>>& cells) {
-    plain_array("connectivity", 1,
-                std::span<const Index>(cells.empty() ? nullptr : cells.front().data(), N * cells.size()));
-    const std::size_t count = cells.size();
-    array<Index>("offsets", 1, count, [count](char* to) {
-      for (std::size_t c = 0; c < count; ++c) {
-        const Index end = static_cast<Index>(N * (c + 1));
-        std::memcpy(to + c * sizeof end, &end, sizeof end);
-      }
-    });
-  }
-
-  std::string finish() {
+  void finish(const ByteSink& sink) {
     xml_ += "    </Piece>\n  </" + type_ + ">\n  <AppendedData encoding=\"raw\">\n   _";
-    std::string bytes;
-    bytes.reserve(xml_.size() + offset_ + kTail.size());
-    bytes = xml_;
-    for (const auto& [size, fill] : blocks_) {
-      const std::size_t begin = bytes.size();
-      bytes.resize(begin + 8 + size);
-      std::memcpy(bytes.data() + begin, &size, 8);
-      fill(bytes.data() + begin + 8);
-    }
-    bytes += kTail;
-    return bytes;
+    sink(xml_);
+    std::vector<char> buffer;
+    for (const Block& block : blocks_) write(block, buffer, sink);
+    sink(kTail);
   }
 
  private:
+  struct Block {
+    VtkColumn column;
+    Meaning meaning;
+    std::size_t last_end;
+  };
+
+  static std::size_t element_bytes(const VtkColumn& c) { return static_cast<std::size_t>(c.components) * value_size(c.type); }
+  static std::uint64_t bytes_of(const VtkColumn& c) { return c.count * element_bytes(c); }
+
+  void write(const Block& block, std::vector<char>& buffer, const ByteSink& sink) const {
+    const VtkColumn& column = block.column;
+    const std::uint64_t bytes = bytes_of(column);
+    sink({reinterpret_cast<const char*>(&bytes), sizeof bytes});
+    const std::size_t step = std::max<std::size_t>(kBlockBytes / element_bytes(column), 1);
+    buffer.resize(step * element_bytes(column));
+    Index previous = 0;
+    for (std::size_t begin = 0; begin < column.count; begin += step) {
+      const std::size_t end = std::min(begin + step, column.count);
+      column.fill(begin, end, buffer.data());
+      const std::string_view made(buffer.data(), (end - begin) * element_bytes(column));
+      check(block, made, previous);
+      sink(made);
+    }
+    if (block.meaning == Meaning::ascending_ends) check_last_end(ErrorKind::internal, "vtk file", previous, block.last_end);
+  }
+
+  void check(const Block& block, std::string_view made, Index& previous) const {
+    if (block.meaning == Meaning::values) return;
+    // The buffer is allocated: aligned for any number.
+    const std::span<const Index> indices(reinterpret_cast<const Index*>(made.data()), made.size() / sizeof(Index));
+    if (block.meaning == Meaning::point_indices) check_indices(ErrorKind::internal, "vtk file", indices, points_);
+    if (block.meaning == Meaning::ascending_ends) check_ascending(ErrorKind::internal, "vtk file", indices, previous);
+  }
+
   static std::string escaped(const std::string& name) {
     std::string text;
     for (const char c : name) {
@@ -143,11 +215,8 @@ class Writer {
     return text;
   }
 
-  struct Block {
-    std::uint64_t size;
-    std::function<void(char*)> fill;
-  };
   std::string xml_, type_;
+  std::size_t points_;
   std::uint64_t offset_ = 0;
   std::vector<Block> blocks_;
 };
@@ -156,70 +225,67 @@ std::string attribute(const char* name, std::size_t value) {
   return std::string(name) + "=\"" + std::to_string(value) + "\"";
 }
 
-// Text in `where` names the file on reading and the function on writing.
-void check_indices(ErrorKind kind, const std::string& where, std::span<const Index> indices, std::size_t points) {
-  for (const Index i : indices) {
-    if (i < 0 || static_cast<std::size_t>(i) >= points) {
-      throw Error(kind, where,
-                  "point index " + std::to_string(i) + " is out of range 0 to " + std::to_string(points) + " - 1");
-    }
+void expect_indices(const VtkColumn& column, int components) {
+  if (column.type != VtkColumn::Type::int32 || column.components != components) {
+    throw Error(ErrorKind::internal, "vtk file", "an index column is not Int32, or not in groups of " + std::to_string(components));
   }
 }
 
-void check_line_ends(ErrorKind kind, const std::string& where, std::span<const Index> ends, std::size_t line_points) {
-  Index previous = 0;
-  for (const Index end : ends) {
-    if (end < previous) throw Error(kind, where, "ends of polylines must ascend");
-    previous = end;
-  }
-  if (static_cast<std::size_t>(previous) != line_points) {
-    throw Error(kind, where, "the last polyline does not end with the last point of the list");
-  }
-}
-
-template <std::size_t N>
-std::span<const Index> flat(const std::vector<std::array<Index, N>>& cells) {
-  return {cells.empty() ? nullptr : cells.front().data(), N * cells.size()};
+void write_vtu(const VtkGrid& data, VtkPrecision precision, const ByteSink& sink) {
+  using Meaning = Writer::Meaning;
+  Writer writer("UnstructuredGrid", data.points.size());
+  writer.open_piece(attribute("NumberOfPoints", data.points.size()) + " " +
+                    attribute("NumberOfCells", data.tets.size()));
+  writer.data("PointData", views(data.point_data), data.points.size());
+  writer.data("CellData", views(data.cell_data), data.tets.size());
+  writer.points(point_column(data.points, precision));
+  writer.open("Cells");
+  writer.array(view(data.tets), "connectivity", Meaning::point_indices);
+  writer.array(even_ends(data.tets.size(), 4), "offsets");
+  const auto tetra = [](std::size_t begin, std::size_t end, char* to) { std::memset(to, kVtkTetra, end - begin); };
+  writer.array({"types", 1, VtkColumn::Type::uint8, data.tets.size(), tetra}, "types");
+  writer.close("Cells");
+  writer.finish(sink);
 }
 
 }  // namespace
 
-std::string to_vtp(const VtkPolyData& data, VtkPrecision precision) {
-  const std::size_t lines = data.line_ends.size();
-  check_indices(ErrorKind::internal, "to_vtp", data.line_points, data.points.size());
-  check_indices(ErrorKind::internal, "to_vtp", flat(data.triangles), data.points.size());
-  check_line_ends(ErrorKind::internal, "to_vtp", data.line_ends, data.line_points.size());
-  Writer writer("PolyData");
-  writer.open_piece(attribute("NumberOfPoints", data.points.size()) + " NumberOfVerts=\"0\" " +
+void write_vtp(const VtkPolySource& source, const ByteSink& sink) {
+  using Meaning = Writer::Meaning;
+  for (const VtkColumn* indices : {&source.line_points, &source.line_ends}) expect_indices(*indices, 1);
+  expect_indices(source.triangles, 3);
+  const std::size_t lines = source.line_ends.count;
+  Writer writer("PolyData", source.points.count);
+  writer.open_piece(attribute("NumberOfPoints", source.points.count) + " NumberOfVerts=\"0\" " +
                     attribute("NumberOfLines", lines) + " NumberOfStrips=\"0\" " +
-                    attribute("NumberOfPolys", data.triangles.size()));
-  writer.data("PointData", data.point_data, data.points.size());
-  writer.data("CellData", data.cell_data, lines + data.triangles.size());
-  writer.points(data.points, precision);
+                    attribute("NumberOfPolys", source.triangles.count));
+  writer.data("PointData", source.point_data, source.points.count);
+  writer.data("CellData", source.cell_data, lines + source.triangles.count);
+  writer.points(source.points);
   writer.open("Lines");
-  writer.plain_array("connectivity", 1, std::span(data.line_points));
-  writer.plain_array("offsets", 1, std::span(data.line_ends));
+  writer.array(source.line_points, "connectivity", Meaning::point_indices);
+  writer.array(source.line_ends, "offsets", Meaning::ascending_ends, source.line_points.count);
   writer.close("Lines");
   writer.open("Polys");
-  writer.simplices(data.triangles);
+  writer.array(source.triangles, "connectivity", Meaning::point_indices);
+  writer.array(even_ends(source.triangles.count, 3), "offsets");
   writer.close("Polys");
-  return writer.finish();
+  writer.finish(sink);
+}
+
+std::string to_vtp(const VtkPolyData& data, VtkPrecision precision) {
+  std::string bytes;
+  write_vtp({point_column(data.points, precision), view("connectivity", 1, data.line_points.data(), data.line_points.size()),
+             view("offsets", 1, data.line_ends.data(), data.line_ends.size()), view(data.triangles),
+             views(data.point_data), views(data.cell_data)},
+            [&bytes](std::string_view piece) { bytes += piece; });
+  return bytes;
 }
 
 std::string to_vtu(const VtkGrid& data, VtkPrecision precision) {
-  check_indices(ErrorKind::internal, "to_vtu", flat(data.tets), data.points.size());
-  Writer writer("UnstructuredGrid");
-  writer.open_piece(attribute("NumberOfPoints", data.points.size()) + " " +
-                    attribute("NumberOfCells", data.tets.size()));
-  writer.data("PointData", data.point_data, data.points.size());
-  writer.data("CellData", data.cell_data, data.tets.size());
-  writer.points(data.points, precision);
-  writer.open("Cells");
-  writer.simplices(data.tets);
-  const std::size_t count = data.tets.size();
-  writer.array<std::uint8_t>("types", 1, count, [count](char* to) { std::memset(to, kVtkTetra, count); });
-  writer.close("Cells");
-  return writer.finish();
+  std::string bytes;
+  write_vtu(data, precision, [&bytes](std::string_view piece) { bytes += piece; });
+  return bytes;
 }
 
 // ---------------------------------------------------------------------------------------------------- reading
@@ -438,7 +504,9 @@ VtkPolyData read_vtp(const std::filesystem::path& path) {
   data.points = reader.points();
   data.line_ends = reader.values<Index>("Lines", "offsets", lines);
   data.line_points = reader.values<Index>("Lines", "connectivity", lines > 0 ? std::max(data.line_ends.back(), 0) : 0);
-  check_line_ends(ErrorKind::input, reader.path(), data.line_ends, data.line_points.size());
+  Index last_end = 0;
+  check_ascending(ErrorKind::input, reader.path(), data.line_ends, last_end);
+  check_last_end(ErrorKind::input, reader.path(), last_end, data.line_points.size());
   check_indices(ErrorKind::input, reader.path(), data.line_points, data.points.size());
   data.triangles = reader.simplices<3>("Polys", triangles, data.points.size());
   data.point_data = reader.data("PointData", data.points.size());

@@ -1,6 +1,7 @@
 #include "artifacts.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "curvesup/io/vtk_file.h"
 
@@ -8,19 +9,56 @@ namespace curvesup {
 
 namespace {
 
-template <class T, class Element, class Value>
-VtkArray array_of(const char* name, const std::vector<Element>& elements, Value value, int components = 1) {
-  std::vector<T> values;
-  values.reserve(elements.size() * static_cast<std::size_t>(components));
-  for (const Element& element : elements) {
-    if constexpr (std::is_same_v<decltype(value(element)), Vec3>) {
-      const Vec3 v = value(element);
-      values.insert(values.end(), {static_cast<T>(v.x()), static_cast<T>(v.y()), static_cast<T>(v.z())});
-    } else {
-      values.push_back(static_cast<T>(value(element)));
+// The sheet that a triangle belongs to.
+const Sheet& sheet_of(const LayerStack& stack, std::size_t triangle) {
+  const auto after = std::upper_bound(stack.sheets.begin(), stack.sheets.end(), static_cast<Index>(triangle),
+                                      [](Index t, const Sheet& sheet) { return t < sheet.first_triangle; });
+  return *std::prev(after);
+}
+
+// value(sheet, triangle) of every triangle.
+template <class T, class Value>
+VtkColumn by_triangle(const char* name, const LayerStack& stack, Value value) {
+  VtkColumn column{name, 1, vtk_column_type<T>(), stack.triangles.size(), {}};
+  column.fill = [&stack, value](std::size_t begin, std::size_t end, char* to) {
+    const Sheet* sheet = begin < end ? &sheet_of(stack, begin) : nullptr;
+    for (std::size_t t = begin; t < end; ++t, to += sizeof(T)) {
+      if (t >= static_cast<std::size_t>(sheet->first_triangle + sheet->triangle_count)) sheet = &sheet_of(stack, t);
+      const T packed = static_cast<T>(value(*sheet, static_cast<Index>(t)));
+      std::memcpy(to, &packed, sizeof packed);
+    }
+  };
+  return column;
+}
+
+VtkColumn counted(std::size_t count) {
+  return {"", 1, VtkColumn::Type::int32, count, [](std::size_t begin, std::size_t end, char* to) {
+            for (std::size_t i = begin; i < end; ++i, to += sizeof(Index)) {
+              const Index number = static_cast<Index>(i);
+              std::memcpy(to, &number, sizeof number);
+            }
+          }};
+}
+
+VtkColumn corners(const std::vector<std::array<Index, 3>>& triangles) {
+  return {"", 3, VtkColumn::Type::int32, triangles.size(), [&triangles](std::size_t begin, std::size_t end, char* to) {
+            if (end > begin) std::memcpy(to, triangles[begin].data(), (end - begin) * sizeof triangles[0]);
+          }};
+}
+
+VtkColumn no_triangles() { return {"", 3, VtkColumn::Type::int32, 0, {}}; }
+
+const auto kItself = [](const auto& element) { return element; };
+
+// G of every vertex: that of a sheet it is on.
+std::vector<float> iso_values(const LayerStack& stack) {
+  std::vector<float> value(stack.vertices.size());
+  for (const Sheet& sheet : stack.sheets) {
+    for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
+      for (const Index v : stack.triangles[t]) value[v] = static_cast<float>(sheet.iso_value);
     }
   }
-  return {name, components, std::move(values)};
+  return value;
 }
 
 }  // namespace
@@ -45,73 +83,65 @@ std::string domain_vtu(const Domain& domain, const ScalarField& field) {
   return to_vtu(grid);
 }
 
-std::string layers_vtp(const LayerStack& stack, const ScalarField& field) {
-  VtkPolyData data;
-  data.points = stack.vertices;
-  data.triangles = stack.triangles;
-  const std::size_t count = stack.triangles.size();
-  std::vector<std::int32_t> layer(count), pass(count);
-  std::vector<std::uint8_t> material(count);
-  std::vector<float> thickness(count), value(stack.vertices.size());
-  for (const Sheet& sheet : stack.sheets) {
-    for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
-      layer[t] = sheet.layer;
-      pass[t] = sheet.pass;
-      material[t] = static_cast<std::uint8_t>(sheet.material);
-      thickness[t] = static_cast<float>(printed_height(stack, sheet, field, t));
-      for (const Index v : stack.triangles[t]) value[v] = static_cast<float>(sheet.iso_value);
-    }
-  }
-  data.point_data.push_back({"G", 1, std::move(value)});
-  data.cell_data.push_back({"layer", 1, std::move(layer)});
-  data.cell_data.push_back({"material", 1, std::move(material)});
-  data.cell_data.push_back({"thickness_mm", 1, std::move(thickness)});
-  data.cell_data.push_back({"pass", 1, std::move(pass)});
-  return to_vtp(data);
+void write_layers_vtp(const LayerStack& stack, const ScalarField& field, const ByteSink& sink) {
+  const std::vector<float> value = iso_values(stack);
+  VtkPolySource source;
+  source.points = vtk_column<float>("", stack.vertices, kItself);
+  source.line_points = source.line_ends = counted(0);
+  source.triangles = corners(stack.triangles);
+  source.point_data.push_back(vtk_column<float>("G", value, kItself));
+  source.cell_data.push_back(by_triangle<std::int32_t>("layer", stack, [](const Sheet& s, Index) { return s.layer; }));
+  source.cell_data.push_back(by_triangle<std::uint8_t>("material", stack, [](const Sheet& s, Index) { return static_cast<int>(s.material); }));
+  source.cell_data.push_back(by_triangle<float>("thickness_mm", stack, [&](const Sheet& s, Index t) { return printed_height(stack, s, field, t); }));
+  source.cell_data.push_back(by_triangle<std::uint8_t>("pass", stack, [](const Sheet& s, Index) { return s.pass; }));
+  write_vtp(source, sink);
 }
 
-std::string skeleton_vtp(const Skeleton& skeleton) {
-  VtkPolyData data;
-  for (const SkeletonNode& node : skeleton.nodes) data.points.push_back(node.position);
+void write_skeleton_vtp(const Skeleton& skeleton, const ByteSink& sink) {
+  std::vector<Index> line_points, line_ends;
   for (const SkeletonEdge& edge : skeleton.edges) {
-    data.line_points.insert(data.line_points.end(), {edge.upper, edge.lower});
-    data.line_ends.push_back(static_cast<Index>(data.line_points.size()));
+    line_points.insert(line_points.end(), {edge.upper, edge.lower});
+    line_ends.push_back(static_cast<Index>(line_points.size()));
   }
-  data.point_data.push_back(array_of<std::uint8_t>("kind", skeleton.nodes, [](const SkeletonNode& n) { return static_cast<int>(n.kind); }));
-  data.cell_data.push_back(array_of<std::int32_t>("branch_count", skeleton.edges, [](const SkeletonEdge& e) { return e.branch_count; }));
-  data.cell_data.push_back(array_of<double>("radius_mm", skeleton.edges, [](const SkeletonEdge& e) { return e.radius_mm; }));
-  data.cell_data.push_back(array_of<std::int32_t>("layer", skeleton.edges, [](const SkeletonEdge& e) { return e.layer; }));
-  return to_vtp(data, VtkPrecision::float64);
+  const auto& edges = skeleton.edges;
+  VtkPolySource source;
+  source.points = vtk_column<double>("", skeleton.nodes, [](const SkeletonNode& n) { return n.position; });
+  source.line_points = vtk_column<std::int32_t>("", line_points, kItself);
+  source.line_ends = vtk_column<std::int32_t>("", line_ends, kItself);
+  source.triangles = no_triangles();
+  source.point_data.push_back(vtk_column<std::uint8_t>("kind", skeleton.nodes, [](const SkeletonNode& n) { return static_cast<int>(n.kind); }));
+  source.cell_data.push_back(vtk_column<std::int32_t>("branch_count", edges, [](const SkeletonEdge& e) { return e.branch_count; }));
+  source.cell_data.push_back(vtk_column<double>("radius_mm", edges, [](const SkeletonEdge& e) { return e.radius_mm; }));
+  source.cell_data.push_back(vtk_column<std::int32_t>("layer", edges, [](const SkeletonEdge& e) { return e.layer; }));
+  write_vtp(source, sink);
 }
 
-std::string toolpaths_vtp(const Toolpaths& toolpaths) {
-  VtkPolyData data;
-  data.points.reserve(toolpaths.points.size());
-  for (const PathPoint& point : toolpaths.points) data.points.push_back(point.position);
-  data.line_points.resize(toolpaths.points.size());
-  for (std::size_t i = 0; i < data.line_points.size(); ++i) data.line_points[i] = static_cast<Index>(i);
-  for (const Path& path : toolpaths.paths) data.line_ends.push_back(path.first_point + path.point_count);
-
+void write_toolpaths_vtp(const Toolpaths& toolpaths, const ByteSink& sink) {
   const auto& points = toolpaths.points;
-  data.point_data.push_back(array_of<double>("normal", points, [](const PathPoint& p) { return p.normal; }, 3));
-  data.point_data.push_back(array_of<double>("height_mm", points, [](const PathPoint& p) { return p.height_mm; }));
-  data.point_data.push_back(array_of<double>("width_mm", points, [](const PathPoint& p) { return p.width_mm; }));
-  data.point_data.push_back(array_of<double>("volume_mm3", points, [](const PathPoint& p) { return p.volume_mm3; }));
-  data.point_data.push_back(array_of<double>("tip_offset_mm", points, [](const PathPoint& p) { return p.tip_offset_mm; }));
-  data.point_data.push_back(array_of<double>("feed_mm_s", points, [](const PathPoint& p) { return p.feed_mm_s; }));
-
   const auto& paths = toolpaths.paths;
-  std::vector<std::int32_t> ids(paths.size());
-  for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<std::int32_t>(i);
-  data.cell_data.push_back({"path", 1, std::move(ids)});
-  data.cell_data.push_back(array_of<std::int32_t>("layer", paths, [](const Path& p) { return p.layer; }));
-  data.cell_data.push_back(array_of<std::uint8_t>("material", paths, [](const Path& p) { return static_cast<int>(p.material); }));
-  data.cell_data.push_back(array_of<std::uint8_t>("kind", paths, [](const Path& p) { return static_cast<int>(p.kind); }));
-  data.cell_data.push_back(array_of<std::uint8_t>("closed", paths, [](const Path& p) { return p.closed ? 1 : 0; }));
-  data.cell_data.push_back(array_of<std::int32_t>("pass", paths, [](const Path& p) { return p.pass; }));
-  data.cell_data.push_back(array_of<std::int32_t>("piece", paths, [](const Path& p) { return p.piece; }));
-  data.cell_data.push_back(array_of<std::int32_t>("group", paths, [](const Path& p) { return p.group; }));
-  return to_vtp(data, VtkPrecision::float64);
+  VtkPolySource source;
+  source.points = vtk_column<float>("", points, [](const PathPoint& p) { return p.position; });
+  source.line_points = counted(points.size());
+  source.line_ends = vtk_column<std::int32_t>("", paths, [](const Path& p) { return p.first_point + p.point_count; });
+  source.triangles = no_triangles();
+  source.point_data.push_back(vtk_column<float>("normal", points, [](const PathPoint& p) { return p.normal; }));
+  source.point_data.push_back(vtk_column<float>("height_mm", points, [](const PathPoint& p) { return p.height_mm; }));
+  source.point_data.push_back(vtk_column<float>("width_mm", points, [](const PathPoint& p) { return p.width_mm; }));
+  source.point_data.push_back(vtk_column<float>("volume_mm3", points, [](const PathPoint& p) { return p.volume_mm3; }));
+  source.point_data.push_back(vtk_column<float>("tip_offset_mm", points, [](const PathPoint& p) { return p.tip_offset_mm; }));
+  source.point_data.push_back(vtk_column<float>("feed_mm_s", points, [](const PathPoint& p) { return p.feed_mm_s; }));
+
+  VtkColumn ids = counted(paths.size());
+  ids.name = "path";
+  source.cell_data.push_back(std::move(ids));
+  source.cell_data.push_back(vtk_column<std::int32_t>("layer", paths, [](const Path& p) { return p.layer; }));
+  source.cell_data.push_back(vtk_column<std::uint8_t>("material", paths, [](const Path& p) { return static_cast<int>(p.material); }));
+  source.cell_data.push_back(vtk_column<std::uint8_t>("kind", paths, [](const Path& p) { return static_cast<int>(p.kind); }));
+  source.cell_data.push_back(vtk_column<std::uint8_t>("closed", paths, [](const Path& p) { return p.closed ? 1 : 0; }));
+  source.cell_data.push_back(vtk_column<std::int32_t>("pass", paths, [](const Path& p) { return p.pass; }));
+  source.cell_data.push_back(vtk_column<std::int32_t>("piece", paths, [](const Path& p) { return p.piece; }));
+  source.cell_data.push_back(vtk_column<std::int32_t>("group", paths, [](const Path& p) { return p.group; }));
+  write_vtp(source, sink);
 }
 
 }  // namespace curvesup

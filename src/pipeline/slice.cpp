@@ -20,6 +20,7 @@ StageTime run_stage(const Stage& stage, SliceState& state, const RunContext& run
   const std::size_t checks_before = state.checks.size();
   const StageMeter meter;
   stage.run(state, run);
+  release_free_memory();
   const StageTime time = meter.stop(stage.name);
   run.log(LogLevel::debug, format("%s: %.3f s", stage.name, time.wall_s));
   for (std::size_t i = checks_before; i < state.checks.size(); ++i) {

@@ -130,6 +130,7 @@ void domain(SliceState& state, const RunContext& run) {
                             {"min_dihedral_deg", report.min_dihedral_deg},
                             {"hull_margin_mm", state.hull.report.margin_mm},
                             {"hull_attempts", state.hull.report.attempts}};
+  state.hull.surface = {};
 }
 
 void extension(SliceState& state, const RunContext& run) {
@@ -229,8 +230,10 @@ void trim(SliceState& state, const RunContext& run) {
   if (state.supported) {
     state.trim = trim_layers(state.domain.domain, state.extension.field, state.layers.stack, *state.solid, trim_options(state.config), run);
   } else {
-    state.trim.stack = state.layers.stack;
+    state.trim.stack = std::move(state.layers.stack);
   }
+  state.layers.stack = {};
+  state.solid.reset();
   const TrimReport& report = state.trim.report;
   state.add_checks(report.checks);
   state.report["layers"]["support_printed"] = report.support_layers;

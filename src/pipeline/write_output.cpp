@@ -62,25 +62,39 @@ Json parts_json(const std::vector<EmittedPart>& parts) {
 
 }  // namespace
 
-void write_artifacts(OutputFolder& folder, const SliceState& state, const RunContext& run) {
-  const auto write = [&](const std::string& name, const std::string& bytes) {
-    run.check_stop();
-    folder.write(name, bytes);
+void write_artifacts(OutputFolder& folder, SliceState& state, const RunContext& run) {
+  std::vector<OutputFolder::Task> tasks;
+  const auto add = [&](std::string name, std::function<void(const ByteSink&)> produce) {
+    tasks.push_back({std::move(name), std::move(produce)});
   };
-  write("config.resolved.json", state.config.dump(2) + "\n");
-  if (done(state, "extension") && wanted(state, "domain")) write("domain.vtu", domain_vtu(state.domain.domain, state.extension.field));
+  const auto add_text = [&](std::vector<EmittedFile>& files, const auto& chosen) {
+    for (EmittedFile& file : files) {
+      if (chosen(file)) add(file.name, [&file](const ByteSink& sink) { sink(file.content); });
+    }
+  };
+  add("config.resolved.json", [&](const ByteSink& sink) { sink(state.config.dump(2) + "\n"); });
+  const ScalarField& field = state.extension.field;
+  if (done(state, "extension") && wanted(state, "domain")) {
+    add("domain.vtu", [&](const ByteSink& sink) { sink(domain_vtu(state.domain.domain, field)); });
+  }
   if (done(state, "layers") && wanted(state, "layers")) {
-    write("layers.vtp", layers_vtp(done(state, "trim") ? state.trim.stack : state.layers.stack, state.extension.field));
+    const LayerStack& stack = done(state, "trim") ? state.trim.stack : state.layers.stack;
+    add("layers.vtp", [&](const ByteSink& sink) { write_layers_vtp(stack, field, sink); });
   }
-  if (done(state, "skeleton") && wanted(state, "skeleton")) write("skeleton.vtp", skeleton_vtp(state.skeleton.skeleton));
-  if (done(state, "toolpath") && wanted(state, "toolpaths")) write("toolpaths.vtp", toolpaths_vtp(state.toolpath.toolpaths));
-  for (const EmittedFile& file : state.emitted.files) {
-    if (wanted(state, file.name.starts_with("duet/") ? "duet" : "robot")) write(file.name, file.content);
+  if (done(state, "skeleton") && wanted(state, "skeleton")) {
+    add("skeleton.vtp", [&](const ByteSink& sink) { write_skeleton_vtp(state.skeleton.skeleton, sink); });
   }
+  if (done(state, "toolpath") && wanted(state, "toolpaths")) {
+    add("toolpaths.vtp", [&](const ByteSink& sink) { write_toolpaths_vtp(state.toolpath.toolpaths, sink); });
+  }
+  add_text(state.emitted.files, [&](const EmittedFile& file) { return wanted(state, file.name.starts_with("duet/") ? "duet" : "robot"); });
+  std::vector<EmittedFile> waypoints;
   if (done(state, "motion") && config_value(state.config, "output.waypoints").get<bool>()) {
-    const Machine machine = machine_from_config(config_value(state.config, "machine"));
-    for (const EmittedFile& file : emit_waypoints(state.toolpath.toolpaths, state.motion.motion, machine, run)) write(file.name, file.content);
+    waypoints = emit_waypoints(state.toolpath.toolpaths, state.motion.motion, machine_from_config(config_value(state.config, "machine")), run);
+    add_text(waypoints, [](const EmittedFile&) { return true; });
   }
+  folder.write_all(tasks, run);
+  for (EmittedFile& file : state.emitted.files) std::string().swap(file.content);
 }
 
 namespace {

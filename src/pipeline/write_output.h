@@ -5,8 +5,8 @@
 
 namespace curvesup {
 
-// Writes every artifact of the stages that have run.
-void write_artifacts(OutputFolder& folder, const SliceState& state, const RunContext& run);
+// Writes every artifact of the stages that have run; the text of the robot's programs goes from memory with it.
+void write_artifacts(OutputFolder& folder, SliceState& state, const RunContext& run);
 
 // Writes plots and preview.html, which list the files so far.
 void write_pictures(OutputFolder& folder, const SliceState& state, const Json& report, const RunContext& run);

@@ -41,6 +41,42 @@ TEST(OutputFolder, AppearsWholeAtCommit) {
   EXPECT_EQ(out.files()[1].bytes, 15u);
 }
 
+TEST(OutputFolder, FilesInPiecesAreTheSameOnAnyNumberOfThreads) {
+  for (const int threads : {1, 3}) {
+    const TempFolder folder;
+    OutputFolder out(folder.path() / "out");
+    std::vector<OutputFolder::Task> tasks;
+    for (int i = 0; i < 20; ++i) {
+      tasks.push_back({"t/" + std::to_string(i), [i](const ByteSink& sink) {
+                         for (int k = 0; k < 20 - i; ++k) sink("piece " + std::to_string(i) + "\n");
+                       }});
+    }
+    RunContext run;
+    run.threads = threads;
+    out.write_all(tasks, run);
+    ASSERT_EQ(out.files().size(), 20u);
+    for (int i = 0; i < 20; ++i) {
+      const std::string bytes = read_file(out.working_path() / "t" / std::to_string(i));
+      EXPECT_EQ(out.files()[i].path, "t/" + std::to_string(i));
+      EXPECT_EQ(out.files()[i].bytes, bytes.size());
+      EXPECT_EQ(bytes.size(), (20u - i) * (i < 10 ? 8u : 9u));
+      EXPECT_EQ(out.files()[i].sha256, sha256_hex(bytes));
+    }
+  }
+}
+
+TEST(OutputFolder, AFileThatFailsHalfwayIsNotThere) {
+  const TempFolder folder;
+  OutputFolder out(folder.path() / "out");
+  const auto produce = [](const ByteSink& sink) {
+    sink("begun");
+    throw Error(ErrorKind::internal, "producer", "broke");
+  };
+  expect_error(ErrorKind::internal, {"producer"}, [&] { out.write("x", produce); });
+  EXPECT_EQ(entries(out.working_path()), 0u);
+  EXPECT_TRUE(out.files().empty());
+}
+
 TEST(OutputFolder, WithoutCommitNothingIsLeft) {
   const TempFolder folder;
   {

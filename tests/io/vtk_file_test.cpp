@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "curvesup/io/text_file.h"
@@ -101,6 +102,44 @@ TEST(VtkFile, GridReadsBack) {
   expect_equal(again.point_data, grid.point_data);
   expect_equal(again.cell_data, grid.cell_data);
   expect_error(ErrorKind::input, {"a.vtu", "PolyData"}, [&] { (void)read_vtp(folder.path() / "a.vtu"); });
+}
+
+// More points than one block holds, so that blocks meet inside every array.
+TEST(VtkFile, ColumnsMakeTheSameFileAsArrays) {
+  constexpr std::size_t kPoints = 100'001;
+  VtkPolyData data;
+  std::vector<float> height;
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    data.points.emplace_back(0.1 * static_cast<double>(i), -1.0 / static_cast<double>(i + 1), 7.0);
+    data.line_points.push_back(static_cast<Index>(i));
+    height.push_back(static_cast<float>(0.3 * static_cast<double>(i)));
+  }
+  data.line_ends = {40'000, 100'001};
+  data.triangles.assign(70'000, {5, 100'000, 0});
+  data.point_data = {{"height", 1, height}};
+
+  VtkPolySource source;
+  source.points = vtk_column<float>("", data.points, [](const Vec3& p) { return p; });
+  source.line_points = vtk_column<std::int32_t>("", data.line_points, [](Index i) { return i; });
+  source.line_ends = vtk_column<std::int32_t>("", data.line_ends, [](Index i) { return i; });
+  source.triangles = {"", 3, VtkColumn::Type::int32, data.triangles.size(), [&](std::size_t begin, std::size_t end, char* to) {
+                        std::memcpy(to, data.triangles[begin].data(), (end - begin) * sizeof data.triangles[0]);
+                      }};
+  source.point_data.push_back(vtk_column<float>("height", height, [](float h) { return h; }));
+  std::string bytes;
+  std::size_t largest = 0;
+  const auto collect = [&](std::string_view piece) {
+    bytes += piece;
+    largest = std::max(largest, piece.size());
+  };
+  write_vtp(source, collect);
+  EXPECT_TRUE(bytes == to_vtp(data));
+  EXPECT_LE(largest, std::size_t{1} << 20);
+
+  data.line_points.back() = kPoints;
+  expect_error(ErrorKind::internal, {"index 100001"}, [&] { write_vtp(source, collect); });
+  source.point_data[0].count -= 1;
+  expect_error(ErrorKind::internal, {"height"}, [&] { write_vtp(source, collect); });
 }
 
 TEST(VtkFile, WrongDataIsNotWritten) {

@@ -2,10 +2,14 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "curvesup/core/run_context.h"
+#include "curvesup/io/text_file.h"
 
 namespace curvesup {
 
@@ -30,6 +34,16 @@ class OutputFolder {
 
   // Writes one file, e.g. write("robot/part_0001.script", text); folders on the way are made.
   void write(std::string_view relative, std::string_view bytes);
+  // The same for a file that comes in pieces: nothing but the piece at hand is held.
+  void write(std::string_view relative, const std::function<void(const ByteSink&)>& produce);
+
+  struct Task {
+    std::string relative;
+    std::function<void(const ByteSink&)> produce;
+  };
+  // Writes files that do not depend on each other, on run.threads threads; they are listed in the order of the tasks.
+  void write_all(std::span<const Task> tasks, const RunContext& run);
+
   // What was written so far, in order.
   [[nodiscard]] std::span<const File> files() const { return files_; }
 
@@ -43,6 +57,7 @@ class OutputFolder {
   void make_parents();
   void make_working_folder();
   void clean_up() noexcept;
+  [[nodiscard]] File write_one(std::string_view relative, const std::function<void(const ByteSink&)>& produce) const;
 
   std::filesystem::path final_, working_;
   std::vector<std::filesystem::path> made_parents_;  // outermost first
