@@ -153,7 +153,7 @@ Plot along_plot(const Toolpaths& toolpaths, const PrintClock& clock) {
   each_segment([&](Index p, double length) {
     at += length;
     height.add(at - 0.5 * length, toolpaths.points[p].height_mm, length);
-    tilt.add(at - 0.5 * length, std::acos(std::clamp(clock.axis[p].z(), -1.0, 1.0)) * kDegrees, length);
+    tilt.add(at - 0.5 * length, std::acos(std::clamp(clock.axis[p].z(), -1.0f, 1.0f)) * kDegrees, length);
   });
   return plot("along_the_print",
               {"Bead height and nozzle tilt along the print", "length laid, m",

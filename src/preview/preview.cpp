@@ -5,6 +5,7 @@
 
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
+#include "curvesup/core/parallel.h"
 #include "curvesup/mesh/triangle_mesh.h"
 #include "print_clock.h"
 #include "scene.h"
@@ -19,7 +20,13 @@ using Json = nlohmann::ordered_json;
 // How far the drawing may leave the truth; grows until the page is small enough.
 struct Detail {
   double path_mm, outline_mm, triangles;
+  std::size_t stride = 1;  // 1: every sheet and path is drawn, n: every n-th
 };
+
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
 
 Json parse(const std::string& text, const char* what) {
   if (text.empty()) return nullptr;
@@ -104,6 +111,17 @@ struct SheetBuffers {
   std::vector<std::uint32_t> triangles, outline_counts;
   // By sheet: its layer, and how many triangles and outline chains it has.
   std::vector<std::uint32_t> layer, triangle_count, chain_count;
+
+  void add(const SheetBuffers& more) {
+    const auto base = static_cast<std::uint32_t>(vertices.size() / 3);
+    for (const std::uint32_t v : more.triangles) triangles.push_back(base + v);
+    append(vertices, more.vertices);
+    append(outline, more.outline);
+    append(outline_counts, more.outline_counts);
+    append(layer, more.layer);
+    append(triangle_count, more.triangle_count);
+    append(chain_count, more.chain_count);
+  }
 };
 
 void add_sheet(const SheetReader& reader, const Sheet& sheet, double cell_mm, const Detail& detail, const QuantisedBox& box,
@@ -125,19 +143,33 @@ void add_sheet(const SheetReader& reader, const Sheet& sheet, double cell_mm, co
   out.chain_count.push_back(static_cast<std::uint32_t>(chains.size()));
 }
 
+SheetBuffers draw_sheets(const LayerStack& stack, Material material, const Detail& detail, const QuantisedBox& box,
+                         const RunContext& run) {
+  constexpr std::size_t kGrain = 16;
+  std::vector<const Sheet*> sheets;
+  for (const Sheet& sheet : stack.sheets) {
+    if (sheet.material == material && sheet.triangle_count > 0) sheets.push_back(&sheet);
+  }
+  const std::size_t drawn = chunk_count(sheets.size(), detail.stride);
+  // About two triangles a grid cell.
+  const double cell = std::max(0.4, std::sqrt(2.0 * material_area(stack, material) / detail.triangles));
+  std::vector<SheetBuffers> parts(chunk_count(drawn, kGrain));
+  parallel_for(drawn, kGrain, run, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    SheetReader reader(stack);
+    for (std::size_t i = begin; i < end; ++i) {
+      reader.read(*sheets[i * detail.stride]);
+      add_sheet(reader, *sheets[i * detail.stride], cell, detail, box, parts[chunk]);
+    }
+  });
+  SheetBuffers all;
+  for (const SheetBuffers& part : parts) all.add(part);
+  return all;
+}
+
 void add_layers(const LayerStack& stack, const Detail& detail, const QuantisedBox& box, Scene& scene,
                 const RunContext& run) {
-  SheetReader reader(stack);
   for (const Material material : {Material::model, Material::support}) {
-    // About two triangles a grid cell.
-    const double cell = std::max(0.4, std::sqrt(2.0 * material_area(stack, material) / detail.triangles));
-    SheetBuffers buffers;
-    for (const Sheet& sheet : stack.sheets) {
-      if (sheet.material != material || sheet.triangle_count == 0) continue;
-      run.check_stop();
-      reader.read(sheet);
-      add_sheet(reader, sheet, cell, detail, box, buffers);
-    }
+    const SheetBuffers buffers = draw_sheets(stack, material, detail, box, run);
     const std::string name = material == Material::model ? "model_layers_" : "support_layers_";
     scene.add((name + "vertices").c_str(), buffers.vertices);
     scene.add((name + "triangles").c_str(), buffers.triangles);
@@ -173,58 +205,106 @@ std::uint8_t of_maximum(double value, double maximum) {
   return static_cast<std::uint8_t>(maximum > 0.0 ? std::lround(255.0 * std::clamp(value / maximum, 0.0, 1.0)) : 0);
 }
 
-void add_toolpaths(const Toolpaths& toolpaths, const Motion* motion, const Detail& detail, const QuantisedBox& box,
-                   Scene& scene) {
-  const PrintClock clock = run_clock(toolpaths, motion);
-  double max_height = 0.0, max_width = 0.0, max_feed = 0.0;
+// Largest values of the toolpaths: what the bytes of a drawn point are fractions of.
+struct Maxima {
+  double height = 0.0, width = 0.0, feed = 0.0;
+};
+
+Maxima maxima_of(const Toolpaths& toolpaths) {
+  Maxima most;
   for (const PathPoint& point : toolpaths.points) {
-    max_height = std::max(max_height, point.height_mm);
-    max_width = std::max(max_width, point.width_mm);
-    max_feed = std::max(max_feed, point.feed_mm_s);
+    most.height = std::max(most.height, point.height_mm);
+    most.width = std::max(most.width, point.width_mm);
+    most.feed = std::max(most.feed, point.feed_mm_s);
   }
+  return most;
+}
+
+struct PathBuffers {
   std::vector<std::uint16_t> positions, layers;
   std::vector<std::int8_t> axes;
   std::vector<std::uint8_t> heights, widths, feeds, kinds;  // kind: bit 0 support, bits 1.. PathKind
   std::vector<std::uint32_t> counts;
   std::vector<float> times;
-  std::vector<Vec3> line;
-  for (const Path& path : toolpaths.paths) {
-    const PathPoint* points = toolpaths.points.data() + path.first_point;
+
+  void add(const PathBuffers& more) {
+    append(positions, more.positions);
+    append(layers, more.layers);
+    append(axes, more.axes);
+    append(heights, more.heights);
+    append(widths, more.widths);
+    append(feeds, more.feeds);
+    append(kinds, more.kinds);
+    append(counts, more.counts);
+    append(times, more.times);
+  }
+};
+
+class PathPainter {
+ public:
+  PathPainter(const Toolpaths& toolpaths, const PrintClock& clock, const Detail& detail, const QuantisedBox& box)
+      : toolpaths_(toolpaths), clock_(clock), detail_(detail), box_(box), most_(maxima_of(toolpaths)) {}
+
+  [[nodiscard]] const Maxima& maxima() const { return most_; }
+
+  void draw(const Path& path, std::vector<Vec3>& line, PathBuffers& out) const {
+    const PathPoint* points = toolpaths_.points.data() + path.first_point;
     line.clear();
     for (Index i = 0; i < path.point_count; ++i) line.push_back(points[i].position);
     const auto differs = [&](Index a, Index b) {
-      const double turn = clock.axis[path.first_point + a].dot(clock.axis[path.first_point + b]);
-      return turn < 0.992 || std::abs(points[a].height_mm - points[b].height_mm) > 0.08 * max_height ||
-             std::abs(points[a].width_mm - points[b].width_mm) > 0.15 * max_width ||
-             (a > 0 && std::abs(points[a].feed_mm_s - points[b].feed_mm_s) > 0.05 * max_feed);
+      const float turn = clock_.axis[path.first_point + a].dot(clock_.axis[path.first_point + b]);
+      return turn < 0.992f || std::abs(points[a].height_mm - points[b].height_mm) > 0.08 * most_.height ||
+             std::abs(points[a].width_mm - points[b].width_mm) > 0.15 * most_.width ||
+             (a > 0 && std::abs(points[a].feed_mm_s - points[b].feed_mm_s) > 0.05 * most_.feed);
     };
-    const std::vector<Index> kept = thin_polyline(line, detail.path_mm, differs);
+    const std::vector<Index> kept = thin_polyline(line, detail_.path_mm, differs);
     for (const Index i : kept) {
-      box.add(line[i], positions);
-      add_direction(clock.axis[path.first_point + i], axes);
-      heights.push_back(of_maximum(points[i].height_mm, max_height));
-      widths.push_back(of_maximum(points[i].width_mm, max_width));
-      feeds.push_back(of_maximum(points[i].feed_mm_s, max_feed));
+      box_.add(line[i], out.positions);
+      add_direction(clock_.axis[path.first_point + i].cast<double>(), out.axes);
+      out.heights.push_back(of_maximum(points[i].height_mm, most_.height));
+      out.widths.push_back(of_maximum(points[i].width_mm, most_.width));
+      out.feeds.push_back(of_maximum(points[i].feed_mm_s, most_.feed));
     }
-    counts.push_back(static_cast<std::uint32_t>(kept.size()));
-    layers.push_back(static_cast<std::uint16_t>(std::clamp<Index>(path.layer, 0, 65535)));
-    kinds.push_back(static_cast<std::uint8_t>(static_cast<int>(path.material) | static_cast<int>(path.kind) << 1));
+    out.counts.push_back(static_cast<std::uint32_t>(kept.size()));
+    out.layers.push_back(static_cast<std::uint16_t>(std::clamp<Index>(path.layer, 0, 65535)));
+    out.kinds.push_back(static_cast<std::uint8_t>(static_cast<int>(path.material) | static_cast<int>(path.kind) << 1));
     const Index last = path.first_point + path.point_count - 1;
-    times.push_back(static_cast<float>(path.point_count > 0 ? clock.point_s[path.first_point] : 0.0));
-    times.push_back(static_cast<float>(path.point_count > 0 ? clock.point_s[last] : 0.0));
+    out.times.push_back(path.point_count > 0 ? clock_.point_s[path.first_point] : 0.0f);
+    out.times.push_back(path.point_count > 0 ? clock_.point_s[last] : 0.0f);
   }
-  scene.info["paths"] = {{"max_height_mm", max_height}, {"max_width_mm", max_width}, {"max_feed_mm_s", max_feed},
+
+ private:
+  const Toolpaths& toolpaths_;
+  const PrintClock& clock_;
+  const Detail& detail_;
+  const QuantisedBox& box_;
+  Maxima most_;
+};
+
+void add_toolpaths(const Toolpaths& toolpaths, const PrintClock& clock, const Detail& detail, const QuantisedBox& box,
+                   Scene& scene, const RunContext& run) {
+  constexpr std::size_t kGrain = 512;
+  const PathPainter painter(toolpaths, clock, detail, box);
+  const std::size_t drawn = chunk_count(toolpaths.paths.size(), detail.stride);
+  std::vector<PathBuffers> parts(chunk_count(drawn, kGrain));
+  parallel_for(drawn, kGrain, run, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    std::vector<Vec3> line;
+    for (std::size_t i = begin; i < end; ++i) painter.draw(toolpaths.paths[i * detail.stride], line, parts[chunk]);
+  });
+  PathBuffers all;
+  for (const PathBuffers& part : parts) all.add(part);
+  const Maxima& most = painter.maxima();
+  scene.info["paths"] = {{"max_height_mm", most.height}, {"max_width_mm", most.width}, {"max_feed_mm_s", most.feed},
                          {"end_s", clock.end_s}};
-  scene.add("path_positions", positions);
-  scene.add("path_layers", layers);
-  scene.add("path_axes", axes);
-  scene.add("path_heights", heights);
-  scene.add("path_widths", widths);
-  scene.add("path_feeds", feeds);
-  scene.add("path_kinds", kinds);
-  scene.add("path_counts", counts);
-  scene.add("path_times", times);
-  add_travels(clock, scene);
+  scene.add("path_positions", all.positions);
+  scene.add("path_layers", all.layers);
+  scene.add("path_axes", all.axes);
+  scene.add("path_heights", all.heights);
+  scene.add("path_widths", all.widths);
+  scene.add("path_feeds", all.feeds);
+  scene.add("path_kinds", all.kinds);
+  scene.add("path_counts", all.counts);
+  scene.add("path_times", all.times);
 }
 
 void add_texts(const PreviewInput& input, const PreviewOptions& options, Scene& scene) {
@@ -259,28 +339,51 @@ void add_texts(const PreviewInput& input, const PreviewOptions& options, Scene& 
   scene.info["plots"] = plots;
 }
 
-std::string page_at(const PreviewInput& input, const PreviewOptions& options, const Detail& detail,
-                    const RunContext& run) {
+// What does not depend on the detail.
+Scene fixed_scene(const PreviewInput& input, const PreviewOptions& options, const PrintClock& clock, const QuantisedBox& box) {
   Scene scene;
   add_texts(input, options, scene);
-  const QuantisedBox box = scene_box(input);
   scene.add_box("box", box);
   if (input.model) add_model(input, box, scene);
   if (input.skeleton) add_skeleton(*input.skeleton, box, scene);
+  if (input.toolpaths) add_travels(clock, scene);
+  return scene;
+}
+
+void add_drawing(const PreviewInput& input, const PrintClock& clock, const Detail& detail, const QuantisedBox& box, Scene& scene,
+                 const RunContext& run) {
   if (input.layers) add_layers(*input.layers, detail, box, scene, run);
-  if (input.toolpaths) add_toolpaths(*input.toolpaths, input.motion, detail, box, scene);
-  return scene.page(options.title);
+  if (input.toolpaths) add_toolpaths(*input.toolpaths, clock, detail, box, scene, run);
+}
+
+// Bytes of the drawing in the page, from every 16th sheet and path.
+double expected_bytes(const PreviewInput& input, const PrintClock& clock, Detail detail, const QuantisedBox& box, const RunContext& run) {
+  constexpr double kBase64 = 4.0 / 3.0;
+  detail.stride = 16;
+  Scene sample;
+  add_drawing(input, clock, detail, box, sample, run);
+  return kBase64 * static_cast<double>(detail.stride * sample.bytes());
 }
 
 }  // namespace
 
 std::string preview_html(const PreviewInput& input, const PreviewOptions& options, const RunContext& run) {
-  Detail detail{options.path_tolerance_mm, options.outline_tolerance_mm, static_cast<double>(options.layer_triangles)};
   // Each round halves the triangles and doubles the tolerances; sixteen rounds leave nothing to coarsen.
-  for (int round = 0;; ++round) {
-    std::string page = page_at(input, options, detail, run);
-    if (page.size() <= options.max_bytes || round == 16) return page;
-    detail = {2.0 * detail.path_mm, 2.0 * detail.outline_mm, 0.5 * detail.triangles};
+  constexpr int kRounds = 16;
+  const auto coarser = [](const Detail& d) { return Detail{2.0 * d.path_mm, 2.0 * d.outline_mm, 0.5 * d.triangles, d.stride}; };
+  const PrintClock clock = input.toolpaths ? run_clock(*input.toolpaths, input.motion) : PrintClock{};
+  const QuantisedBox box = scene_box(input);
+  const Scene fixed = fixed_scene(input, options, clock, box);
+  const double room = static_cast<double>(options.max_bytes) - static_cast<double>(fixed.page(options.title).size());
+
+  Detail detail{options.path_tolerance_mm, options.outline_tolerance_mm, static_cast<double>(options.layer_triangles)};
+  int round = 0;
+  for (; round < kRounds && expected_bytes(input, clock, detail, box, run) > room; ++round) detail = coarser(detail);
+  for (;; ++round, detail = coarser(detail)) {
+    Scene scene = fixed;
+    add_drawing(input, clock, detail, box, scene, run);
+    std::string page = scene.page(options.title);
+    if (page.size() <= options.max_bytes || round >= kRounds) return page;
   }
 }
 

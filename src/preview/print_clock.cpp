@@ -25,10 +25,10 @@ void clock_by_feed(const Toolpaths& toolpaths, PrintClock& clock) {
       now += (start - at).norm() / kTravelSpeed + kJumpOverhead;
       clock.travels.push_back({begin, now, {at, start}});
     }
-    clock.point_s[path.first_point] = now;
+    clock.point_s[path.first_point] = static_cast<float>(now);
     for (Index p = path.first_point + 1; p < end; ++p) {
       now += segment_length(toolpaths, p) / std::max(toolpaths.points[p].feed_mm_s, 0.1);
-      clock.point_s[p] = now;
+      clock.point_s[p] = static_cast<float>(now);
     }
     at = toolpaths.points[end - 1].position;
     started = true;
@@ -51,8 +51,8 @@ void fill_between(const Toolpaths& toolpaths, const Anchor& a, const Anchor& b, 
   for (Index p = a.point; p <= b.point; ++p) {
     if (p > a.point) walked += segment_length(toolpaths, p);
     const double fraction = total > 0.0 ? walked / total : 0.0;
-    clock.point_s[p] = a.time + fraction * (b.time - a.time);
-    clock.axis[p] = (a.axis + fraction * (b.axis - a.axis)).normalized();
+    clock.point_s[p] = static_cast<float>(a.time + fraction * (b.time - a.time));
+    clock.axis[p] = (a.axis + fraction * (b.axis - a.axis)).normalized().cast<float>();
   }
 }
 
@@ -131,9 +131,9 @@ class MotionClock {
 
 PrintClock run_clock(const Toolpaths& toolpaths, const Motion* motion) {
   PrintClock clock;
-  clock.point_s.assign(toolpaths.points.size(), 0.0);
+  clock.point_s.assign(toolpaths.points.size(), 0.0f);
   clock.axis.reserve(toolpaths.points.size());
-  for (const PathPoint& point : toolpaths.points) clock.axis.push_back(point.normal);
+  for (const PathPoint& point : toolpaths.points) clock.axis.push_back(point.normal.cast<float>());
   if (motion != nullptr && !motion->paths.empty()) {
     MotionClock(toolpaths, *motion, clock).run();
   } else {

@@ -19,6 +19,16 @@ bool chord_covers(std::span<const Vec3> points, Index from, Index to, double tol
   return true;
 }
 
+// The grid cell of a point, 21 bits a coordinate.
+std::uint64_t cell_key(const Vec3& p) {
+  std::uint64_t key = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double cell = std::clamp(std::floor(p[i]), -0x1p20, 0x1p20 - 1.0) + 0x1p20;
+    key = key << 21 | static_cast<std::uint64_t>(cell);
+  }
+  return key;
+}
+
 }  // namespace
 
 std::vector<Index> thin_polyline(std::span<const Vec3> points, double tolerance,
@@ -60,16 +70,13 @@ void SheetReader::read(const Sheet& sheet) {
 
 CoarseSheet SheetReader::coarse(double cell_mm) const {
   struct Keyed {
-    std::array<std::int32_t, 3> cell;
+    std::uint64_t cell;
     Index vertex;
   };
   std::vector<Keyed> keyed;
   keyed.reserve(vertices_.size());
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
-    const Vec3 c = stack_.vertices[vertices_[i]] / cell_mm;
-    keyed.push_back({{static_cast<std::int32_t>(std::floor(c.x())), static_cast<std::int32_t>(std::floor(c.y())),
-                      static_cast<std::int32_t>(std::floor(c.z()))},
-                     static_cast<Index>(i)});
+    keyed.push_back({cell_key(stack_.vertices[vertices_[i]] / cell_mm), static_cast<Index>(i)});
   }
   std::sort(keyed.begin(), keyed.end(),
             [](const Keyed& a, const Keyed& b) { return a.cell != b.cell ? a.cell < b.cell : a.vertex < b.vertex; });
@@ -114,10 +121,10 @@ std::vector<std::vector<Vec3>> SheetReader::borders() const {
   std::vector<std::array<Index, 2>> border;
   for (std::size_t v = 0; v + 1 < first.size(); ++v) {
     for (Index i = first[v]; i < first[v + 1]; ++i) {
-      const std::array<Index, 2> opposite = {bucket[i][1], bucket[i][0]};
-      if (std::find(bucket.begin() + first[v], bucket.begin() + first[v + 1], opposite) == bucket.begin() + first[v + 1]) {
-        border.push_back(bucket[i]);
-      }
+      const auto [a, b] = bucket[i];
+      const bool inner = std::any_of(bucket.begin() + first[v], bucket.begin() + first[v + 1],
+                                     [a, b](const auto& edge) { return edge[0] == b && edge[1] == a; });
+      if (!inner) border.push_back(bucket[i]);
     }
   }
   std::sort(border.begin(), border.end());
