@@ -70,18 +70,18 @@ double contour_length(const Toolpaths& toolpaths) {
 }
 
 // Paths laid out of order, by three rules:
-//   inside a material, (layer, pass) ascends;
+//   inside a material, upper faces ascend: a pass of several ends below the layer that is laid in one;
 //   a printed group has at most one change of material, groups ascend;
 //   every layer of a group lies above every layer of the groups before.
 Index count_order_violations(const std::vector<Path>& paths) {
   Index violations = 0;
   constexpr Index kNoLayer = std::numeric_limits<Index>::lowest();
-  double reached[kMaterialCount] = {kNoLayer, kNoLayer};  // layer + fraction of the pass
+  double reached[kMaterialCount] = {kNoLayer, kNoLayer};  // upper face, in layers
   Index highest_before = kNoLayer, highest = kNoLayer;
   int changes = 0;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path& path = paths[i];
-    const double height = path.layer + (path.pass + 0.5) / std::max(1, path.passes);
+    const double height = path.layer + (path.pass + 1.0) / std::max(1, path.passes);
     double& last = reached[static_cast<int>(path.material)];
     bool wrong = height < last;
     last = std::max(last, height);

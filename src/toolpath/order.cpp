@@ -28,7 +28,72 @@ void start_at(BeadPath& path, std::size_t point) {
   path.points.front().volume_mm3 = 0.0;
 }
 
-std::vector<Run> order_runs(std::span<const Sheet> sheets, int support_batch_layers) {
+namespace {
+
+constexpr double kTipSpacing = 0.4;  // mm between the tips of a bead that are looked at
+
+// Calls visit(point) for points of the paths that are no nearer than kTipSpacing to the last one.
+template <class Visit>
+void visit_points(std::span<const PieceBeads> pieces, const Visit& visit) {
+  for (const PieceBeads& piece : pieces) {
+    for (const BeadPath& path : piece.paths) {
+      double since = kTipSpacing;
+      for (std::size_t i = 0; i < path.points.size(); ++i) {
+        if (i > 0) since += (path.points[i].position - path.points[i - 1].position).norm();
+        if (since < kTipSpacing) continue;
+        since = 0.0;
+        visit(path.points[i]);
+      }
+    }
+  }
+}
+
+Vec3 tip_of(const PathPoint& point) { return point.position + point.tip_offset_mm * point.normal; }
+
+}  // namespace
+
+// Cells in a row along x have consecutive numbers.
+std::uint64_t BeadTops::cell(double x, double y, double z) const {
+  const auto index = [&](double c) {
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(c / reach_)) + (1 << 20)) & 0x1fffff;
+  };
+  return index(x) | index(y) << 21 | index(z) << 42;
+}
+
+void BeadTops::add(std::span<const PieceBeads> pieces) {
+  visit_points(pieces, [&](const PathPoint& point) {
+    const Vec3 tip = tip_of(point);
+    tips_.emplace_back(cell(tip.x(), tip.y(), tip.z()), tip);
+  });
+}
+
+void BeadTops::finish() {
+  std::sort(tips_.begin(), tips_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+}
+
+bool BeadTops::rise_beside(std::span<const PieceBeads> pieces) const {
+  bool found = false;
+  visit_points(pieces, [&](const PathPoint& point) { found = found || rises_beside(point); });
+  return found;
+}
+
+bool BeadTops::rises_beside(const PathPoint& point) const {
+  const Vec3 tip = tip_of(point);
+  for (int y = -1; y <= 1; ++y) {
+    for (int z = -1; z <= 1; ++z) {
+      const std::uint64_t first = cell(tip.x() - reach_, tip.y() + y * reach_, tip.z() + z * reach_);
+      auto at = std::lower_bound(tips_.begin(), tips_.end(), first, [](const auto& a, std::uint64_t c) { return a.first < c; });
+      for (; at != tips_.end() && at->first <= first + 2; ++at) {
+        const Vec3 offset = at->second - tip;
+        if (offset.squaredNorm() > reach_ * reach_) continue;
+        if (offset.dot(point.normal) > point.tip_offset_mm) return true;
+      }
+    }
+  }
+  return false;
+}
+
+std::vector<Run> order_runs(std::span<const Sheet> sheets, int support_batch_layers, std::span<const char> must_be_first) {
   std::vector<Run> runs;
   const int batch = std::max(1, support_batch_layers);
   bool support_first = true;
@@ -37,12 +102,18 @@ std::vector<Run> order_runs(std::span<const Sheet> sheets, int support_batch_lay
     std::size_t end = begin;
     while (end < sheets.size() && sheets[end].layer < sheets[begin].layer + batch) ++end;
     std::array<Run, 2> of_material{Run{group, Material::model, {}}, Run{group, Material::support, {}}};
+    bool forced = batch > 1;
     for (std::size_t s = begin; s < end; ++s) {
       of_material[static_cast<int>(sheets[s].material)].sheets.push_back(static_cast<Index>(s));
+      forced = forced || (s < must_be_first.size() && must_be_first[s]);
+    }
+    for (Run& run : of_material) {
+      std::stable_sort(run.sheets.begin(), run.sheets.end(),
+                       [&](Index a, Index b) { return top_of(sheets[a]) < top_of(sheets[b]); });
     }
     // ... S M | M S | S M ...: what was laid last goes on first. A batch always starts with its support.
     const bool both = !of_material[0].sheets.empty() && !of_material[1].sheets.empty();
-    if (batch > 1) support_first = true;
+    if (both && forced) support_first = true;
     for (const int m : {support_first ? 1 : 0, support_first ? 0 : 1}) {
       if (!of_material[m].sheets.empty()) runs.push_back(std::move(of_material[m]));
     }

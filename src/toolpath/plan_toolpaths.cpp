@@ -242,6 +242,32 @@ class Assembly {
   std::uint64_t random_;
 };
 
+// By sheet: 1 for the lower passes of a layer's support beside which its model would already stand, half a bead or more
+// above the nozzle's tip, if the model were laid first.
+std::vector<char> find_support_first(std::span<const Sheet> sheets, std::span<const SheetBeads> beads,
+                                     const ToolpathOptions& options, const RunContext& run) {
+  std::vector<char> first(sheets.size(), 0);
+  std::vector<std::size_t> layers;  // first sheet of each
+  for (std::size_t s = 0; s < sheets.size(); ++s) {
+    if (s == 0 || sheets[s].layer != sheets[s - 1].layer) layers.push_back(s);
+  }
+  parallel_for(layers.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t l = begin; l < end; ++l) {
+      const std::size_t last = l + 1 < layers.size() ? layers[l + 1] : sheets.size();
+      BeadTops model(1.5 * options.bead_width_mm);
+      for (std::size_t s = layers[l]; s < last; ++s) {
+        if (sheets[s].material == Material::model) model.add(beads[s].pieces);
+      }
+      model.finish();
+      for (std::size_t s = layers[l]; s < last; ++s) {
+        const bool lower = sheets[s].material == Material::support && sheets[s].pass + 1 < sheets[s].passes;
+        first[s] = lower && model.rise_beside(beads[s].pieces);
+      }
+    }
+  });
+  return first;
+}
+
 void add_checks(ToolpathReport& report, const ToolpathOptions& options) {
   auto& checks = report.checks;
   checks.push_back(check_equal("toolpath.pieces_without_path", report.pieces_without_path, 0,
@@ -276,9 +302,10 @@ ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const Lay
   });
   run.progress(0.9);
 
+  const std::vector<char> support_first = find_support_first(printed.sheets, sheets, options, run);
   Assembly assembly(printed, options);
   ToolpathReport& report = assembly.report();
-  for (const Run& material_run : order_runs(printed.sheets, options.support_batch_layers)) {
+  for (const Run& material_run : order_runs(printed.sheets, options.support_batch_layers, support_first)) {
     run.check_stop();
     std::vector<PieceBeads> pieces;
     const Sheet* laid = nullptr;
@@ -287,8 +314,8 @@ ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const Lay
       pieces.clear();
     };
     for (const Index s : material_run.sheets) {
-      // Pieces are put in order of travel only where they lie on one iso-surface: what is lower comes first.
-      if (laid != nullptr && printed.sheets[s].iso_value != laid->iso_value) flush();
+      // Pieces are put in order of travel only where they rise to one iso-surface: what is lower comes first.
+      if (laid != nullptr && top_of(printed.sheets[s]) != top_of(*laid)) flush();
       laid = &printed.sheets[s];
       for (PieceBeads& piece : sheets[s].pieces) pieces.push_back(std::move(piece));
       sheets[s].pieces.clear();
