@@ -187,13 +187,6 @@ bool is_closed_manifold(const TriangleMesh& mesh) {
   });
 }
 
-TriangleMesh boundary_surface(const Model& model) {
-  TriangleMesh surface;
-  surface.vertices = model.mesh.vertices;
-  for (const BoundaryFace& face : model.boundary) surface.triangles.push_back(face.vertices);
-  return surface;
-}
-
 bool surfaces_meet(const TriangleMesh& boundary, const TriangleTree& boundary_tree, const TriangleMesh& hull) {
   for (Index t = 0; t < static_cast<Index>(hull.triangles.size()); ++t) {
     const auto& v = hull.triangles[t];

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "core/disjoint_sets.h"
+
 namespace curvesup::mesh_checks {
 
 namespace {
@@ -15,21 +17,6 @@ Index size_of(const auto& container) { return static_cast<Index>(container.size(
 bool in_range(const std::array<Index, 4>& tet, Index vertices) {
   return std::all_of(tet.begin(), tet.end(), [&](Index v) { return v >= 0 && v < vertices; });
 }
-
-struct DisjointSets {
-  std::vector<Index> parent;
-  explicit DisjointSets(std::size_t count) : parent(count) { std::iota(parent.begin(), parent.end(), 0); }
-  Index find(Index i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  }
-  // The lower root wins, so a set's root is its lowest member.
-  void join(Index a, Index b) {
-    a = find(a);
-    b = find(b);
-    parent[std::max(a, b)] = std::min(a, b);
-  }
-};
 
 // An edge (lower vertex first) or a face with where it came from, for sorting.
 struct EdgeUse {
@@ -196,7 +183,7 @@ Manifold check_manifold(const std::vector<std::array<Index, 3>>& faces, std::siz
   std::vector<Index> fans(vertices, 0);
   for (Index f = 0; f < size_of(faces); ++f) {
     for (int c = 0; c < 3; ++c) {
-      if (corners.find(3 * f + c) == 3 * f + c) ++fans[faces[f][c]];
+      if (corners.root(3 * f + c) == 3 * f + c) ++fans[faces[f][c]];
     }
   }
   for (Index v = 0; v < size_of(fans); ++v) {
@@ -213,7 +200,7 @@ Shape measure_shape(const TetMesh& mesh, const TetTopology& topology, const std:
       if (other > t) volumes.join(t, other);
     }
   }
-  for (Index t = 0; t < size_of(mesh.tets); ++t) shape.components += volumes.find(t) == t;
+  for (Index t = 0; t < size_of(mesh.tets); ++t) shape.components += volumes.root(t) == t;
 
   DisjointSets shells(mesh.vertices.size());
   std::vector<char> on_boundary(mesh.vertices.size(), 0);
@@ -227,10 +214,10 @@ Shape measure_shape(const TetMesh& mesh, const TetTopology& topology, const std:
   std::vector<double> enclosed(mesh.vertices.size(), 0.0);
   const Vec3 origin = bounding_box(mesh).low;
   for (Index v = 0; v < size_of(mesh.vertices); ++v) {
-    if (on_boundary[v]) ++vertex_count[shells.find(v)];
+    if (on_boundary[v]) ++vertex_count[shells.root(v)];
   }
   for (const auto& face : boundary) {
-    const Index shell = shells.find(face.vertices[0]);
+    const Index shell = shells.root(face.vertices[0]);
     ++face_count[shell];
     const Vec3 a = mesh.vertices[face.vertices[0]] - origin, b = mesh.vertices[face.vertices[1]] - origin,
                c = mesh.vertices[face.vertices[2]] - origin;

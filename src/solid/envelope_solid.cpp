@@ -39,13 +39,6 @@ Vec3 falling(Vec3 direction) {
   return direction;
 }
 
-TriangleMesh boundary_surface(const Model& model) {
-  TriangleMesh surface;
-  surface.vertices = model.mesh.vertices;
-  for (const BoundaryFace& f : model.boundary) surface.triangles.push_back(f.vertices);
-  return surface;
-}
-
 // Length of a ray down to the model or the platform.
 double ray_length(const TriangleTree& surface, const Vec3& start, const Vec3& u) {
   const double to_platform = std::max(0.0, -start.z() / u.z());

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "core/disjoint_sets.h"
 #include "curvesup/mesh/triangle_mesh.h"
-#include "trim/disjoint_sets.h"
 #include "trim/pass_sheet.h"
 
 namespace curvesup {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/disjoint_sets.h"
 #include "curvesup/mesh/triangle_mesh.h"
 #include "layers/sheet_edges.h"
-#include "trim/disjoint_sets.h"
 
 namespace curvesup {
 

@@ -9,6 +9,7 @@
 
 #include "curvesup/layers/layers.h"
 #include "curvesup/overhang/overhang.h"
+#include "helpers/layer_stacks.h"
 #include "helpers/shapes.h"
 
 namespace curvesup {
@@ -61,22 +62,9 @@ struct Scene {
 
   // Takes support triangles for which drop(layer, centroid) holds out of the stack.
   void drop_support(const std::function<bool(Index, const Vec3&)>& drop) {
-    LayerStack kept = printed;
-    kept.triangles.clear();
-    kept.triangle_tet.clear();
-    for (Sheet& sheet : kept.sheets) {
-      const Index first = static_cast<Index>(kept.triangles.size());
-      for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
-        const auto& v = printed.triangles[t];
-        const Vec3 centroid = (printed.vertices[v[0]] + printed.vertices[v[1]] + printed.vertices[v[2]]) / 3;
-        if (sheet.material == Material::support && drop(sheet.layer, centroid)) continue;
-        kept.triangles.push_back(v);
-        kept.triangle_tet.push_back(printed.triangle_tet[t]);
-      }
-      sheet.first_triangle = first;
-      sheet.triangle_count = static_cast<Index>(kept.triangles.size()) - first;
-    }
-    printed = std::move(kept);
+    printed = shapes::without_triangles(printed, [&](const Sheet& sheet, const Vec3& centroid) {
+      return sheet.material == Material::support && drop(sheet.layer, centroid);
+    });
   }
 
   SupportCertificate certify(const SupportCertificateOptions& options = {}, const std::vector<Index>& blocked = {},

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <set>
 
+#include "helpers/layer_stacks.h"
+
 namespace curvesup {
 namespace {
 
@@ -92,23 +94,7 @@ struct Scene {
 
   // Takes the triangles whose centre has x in [low, high] out of all sheets.
   void cut_slot(double low, double high) {
-    LayerStack kept = printed;
-    kept.triangles.clear();
-    kept.triangle_tet.clear();
-    for (Sheet& sheet : kept.sheets) {
-      const Index first = static_cast<Index>(kept.triangles.size());
-      for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
-        const auto& v = printed.triangles[t];
-        const double x =
-            (printed.vertices[v[0]].x() + printed.vertices[v[1]].x() + printed.vertices[v[2]].x()) / 3;
-        if (x > low && x < high) continue;
-        kept.triangles.push_back(v);
-        kept.triangle_tet.push_back(printed.triangle_tet[t]);
-      }
-      sheet.first_triangle = first;
-      sheet.triangle_count = static_cast<Index>(kept.triangles.size()) - first;
-    }
-    printed = std::move(kept);
+    printed = shapes::without_triangles(printed, [&](const Sheet&, const Vec3& centroid) { return centroid.x() > low && centroid.x() < high; });
   }
 
   [[nodiscard]] ToolpathCertificate certify(int threads = 1) const {

@@ -18,25 +18,6 @@ ScalarField height_field(const Model& model) {
   return make_scalar_field(model.mesh, value);
 }
 
-TriangleMesh box_surface(const Vec3& low, const Vec3& high, int cells = 1) {
-  const Model box = shapes::as_model(shapes::brick_mesh(low, high, {cells, cells, cells}));
-  TriangleMesh surface;
-  std::vector<Index> id(box.mesh.vertices.size(), kNone);
-  surface.vertices.clear();
-  for (const BoundaryFace& face : box.boundary) {
-    auto& triangle = surface.triangles.emplace_back();
-    for (int c = 0; c < 3; ++c) {
-      Index& slot = id[face.vertices[c]];
-      if (slot == kNone) {
-        slot = static_cast<Index>(surface.vertices.size());
-        surface.vertices.push_back(box.mesh.vertices[face.vertices[c]]);
-      }
-      triangle[c] = slot;
-    }
-  }
-  return surface;
-}
-
 using Face = std::array<Index, 3>;
 Face sorted(Face face) {
   std::sort(face.begin(), face.end());
@@ -73,7 +54,7 @@ TEST(Domain, ConformsAroundAModelThatRests) {
 
 TEST(Domain, BoxInBoxHasTheDifferenceOfVolumes) {
   const Model model = shapes::as_model(shapes::brick_mesh(Vec3(0, 0, 0), Vec3(2, 3, 4), {2, 2, 2}));
-  const DomainResult result = mesh_domain(model, box_surface(Vec3(-1, -1, -1), Vec3(4, 5, 6)));
+  const DomainResult result = mesh_domain(model, shapes::box_surface(Vec3(-1, -1, -1), Vec3(4, 5, 6)));
   expect_conforming(model, result);
   double support = 0.0;
   for (Index t = result.domain.model_tets; t < result.report.tets; ++t) support += tet_volume(result.domain.mesh, t);
@@ -83,7 +64,7 @@ TEST(Domain, BoxInBoxHasTheDifferenceOfVolumes) {
 TEST(Domain, EveryComponentGetsItsHole) {
   TetMesh two = shapes::brick_mesh(Vec3(0, 0, 0), Vec3(9, 2, 2), {9, 2, 2}, [](const Vec3& c) { return c.x() < 3 || c.x() > 5; });
   const Model model = shapes::as_model(two);
-  const DomainResult result = mesh_domain(model, box_surface(Vec3(-2, -2, -2), Vec3(11, 4, 4)));
+  const DomainResult result = mesh_domain(model, shapes::box_surface(Vec3(-2, -2, -2), Vec3(11, 4, 4)));
   expect_conforming(model, result);
 }
 
@@ -91,13 +72,13 @@ TEST(Domain, ClosedCavityBecomesSupport) {
   const Model model = shapes::as_model(shapes::brick_mesh(Vec3(0, 0, 0), Vec3(3, 3, 3), {3, 3, 3}, [](const Vec3& c) {
     return (c - Vec3(1.5, 1.5, 1.5)).norm() > 0.1;
   }));
-  const DomainResult result = mesh_domain(model, box_surface(Vec3(-2, -2, -2), Vec3(5, 5, 5)));
+  const DomainResult result = mesh_domain(model, shapes::box_surface(Vec3(-2, -2, -2), Vec3(5, 5, 5)));
   expect_conforming(model, result);
 }
 
 TEST(Domain, SmallerTetsWhenAsked) {
   const Model model = shapes::floating_slab();
-  const TriangleMesh hull = box_surface(Vec3(-25, -25, -25), Vec3(55, 35, 45), 10);
+  const TriangleMesh hull = shapes::box_surface(Vec3(-25, -25, -25), Vec3(55, 35, 45), 10);
   const DomainResult coarse = mesh_domain(model, hull, {.max_tet_volume_mm3 = 1000.0});
   const DomainResult fine = mesh_domain(model, hull, {.max_tet_volume_mm3 = 10.0});
   EXPECT_GT(fine.report.support_tets, 2 * coarse.report.support_tets);
@@ -105,7 +86,7 @@ TEST(Domain, SmallerTetsWhenAsked) {
 
 TEST(Domain, FlagsTellModelAndHullVerticesApart) {
   const Model model = shapes::floating_slab();
-  const TriangleMesh hull = box_surface(Vec3(-5, -5, -5), Vec3(35, 15, 23));
+  const TriangleMesh hull = shapes::box_surface(Vec3(-5, -5, -5), Vec3(35, 15, 23));
   const DomainResult result = mesh_domain(model, hull);
   Index on_model = 0, on_hull = 0;
   for (const auto flags : result.domain.vertex_flags) {
@@ -120,8 +101,8 @@ TEST(Domain, FlagsTellModelAndHullVerticesApart) {
 // A hull that cuts through the model: TetGen gives up, the program goes on, and the next run works.
 TEST(Domain, FailureInsideTetGenIsAnErrorAndLeavesNothingBehind) {
   const Model model = shapes::block_on_legs();
-  const TriangleMesh bad = box_surface(Vec3(-5, -5, 3.3), Vec3(35, 15, 23));
-  const TriangleMesh good = box_surface(Vec3(-5, -5, -5), Vec3(35, 15, 23));
+  const TriangleMesh bad = shapes::box_surface(Vec3(-5, -5, 3.3), Vec3(35, 15, 23));
+  const TriangleMesh good = shapes::box_surface(Vec3(-5, -5, -5), Vec3(35, 15, 23));
   const DomainResult before = mesh_domain(model, good);
   for (int i = 0; i < 3; ++i) {
     try {
@@ -140,11 +121,11 @@ TEST(Domain, FailureInsideTetGenIsAnErrorAndLeavesNothingBehind) {
 
 TEST(Tetrahedralize, OverlappingFacetsAreAnError) {
   PiecewiseComplex complex;
-  const TriangleMesh box = box_surface(Vec3(0, 0, 0), Vec3(1, 1, 1));
+  const TriangleMesh box = shapes::box_surface(Vec3(0, 0, 0), Vec3(1, 1, 1));
   complex.vertices = box.vertices;
   complex.facets = box.triangles;
   // A second box that shares a part of one side's plane.
-  const TriangleMesh other = box_surface(Vec3(0.25, 0.25, 1), Vec3(0.75, 0.6, 2));
+  const TriangleMesh other = shapes::box_surface(Vec3(0.25, 0.25, 1), Vec3(0.75, 0.6, 2));
   for (const Vec3& p : other.vertices) complex.vertices.push_back(p);
   for (const auto& t : other.triangles) complex.facets.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
   EXPECT_THROW((void)tetrahedralize(complex), Error);
@@ -154,7 +135,7 @@ TEST(Tetrahedralize, NothingIsAnError) { EXPECT_THROW((void)tetrahedralize({}), 
 
 TEST(Tetrahedralize, KeepsPointsInOrder) {
   PiecewiseComplex complex;
-  const TriangleMesh box = box_surface(Vec3(0, 0, 0), Vec3(8, 8, 8), 3);
+  const TriangleMesh box = shapes::box_surface(Vec3(0, 0, 0), Vec3(8, 8, 8), 3);
   complex.vertices = box.vertices;
   complex.facets = box.triangles;
   const TetMesh mesh = tetrahedralize(complex, {.max_tet_volume_mm3 = 4.0});

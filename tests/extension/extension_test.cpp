@@ -12,25 +12,7 @@
 namespace curvesup {
 namespace {
 
-TriangleMesh box_surface(const Vec3& low, const Vec3& high, int cells) {
-  const Model box = shapes::as_model(shapes::brick_mesh(low, high, {cells, cells, cells}));
-  TriangleMesh surface;
-  std::vector<Index> id(box.mesh.vertices.size(), kNone);
-  for (const BoundaryFace& face : box.boundary) {
-    auto& triangle = surface.triangles.emplace_back();
-    for (int c = 0; c < 3; ++c) {
-      Index& slot = id[face.vertices[c]];
-      if (slot == kNone) {
-        slot = static_cast<Index>(surface.vertices.size());
-        surface.vertices.push_back(box.mesh.vertices[face.vertices[c]]);
-      }
-      triangle[c] = slot;
-    }
-  }
-  return surface;
-}
-
-DomainResult around(const Model& model) { return mesh_domain(model, box_surface(Vec3(-6, -6, -6), Vec3(36, 16, 24), 6)); }
+DomainResult around(const Model& model) { return mesh_domain(model, shapes::box_surface(Vec3(-6, -6, -6), Vec3(36, 16, 24), 6)); }
 
 template <typename Function>
 ScalarField field_of(const Model& model, Function&& function) {

@@ -56,6 +56,25 @@ inline Model as_model(TetMesh mesh) {
   return model;
 }
 
+// The surface of the box [low, high], each side in cells^2 squares of two triangles; no unused vertices.
+inline TriangleMesh box_surface(const Vec3& low, const Vec3& high, int cells = 1) {
+  const Model box = as_model(brick_mesh(low, high, {cells, cells, cells}));
+  TriangleMesh surface;
+  std::vector<Index> id(box.mesh.vertices.size(), kNone);
+  for (const BoundaryFace& face : box.boundary) {
+    auto& triangle = surface.triangles.emplace_back();
+    for (int c = 0; c < 3; ++c) {
+      Index& slot = id[face.vertices[c]];
+      if (slot == kNone) {
+        slot = static_cast<Index>(surface.vertices.size());
+        surface.vertices.push_back(box.mesh.vertices[face.vertices[c]]);
+      }
+      triangle[c] = slot;
+    }
+  }
+  return surface;
+}
+
 // A slab [0,30] x [0,10] x [12,18] on two legs that end at z = 0: the smallest shape with a true overhang.
 inline Model block_on_legs(double cell = 2.0) {
   const auto n = [&](double length) { return static_cast<int>(length / cell + 0.5); };

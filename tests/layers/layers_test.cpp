@@ -12,18 +12,12 @@
 #include "curvesup/core/error.h"
 #include "curvesup/mesh/triangle_mesh.h"
 #include "helpers/brick_domain.h"
+#include "helpers/layer_stacks.h"
 
 namespace curvesup {
 namespace {
 
-double sheet_area(const LayerStack& stack, const Sheet& sheet) {
-  double sum = 0.0;
-  for (Index i = sheet.first_triangle; i < sheet.first_triangle + sheet.triangle_count; ++i) {
-    const auto& t = stack.triangles[i];
-    sum += triangle_area(stack.vertices[t[0]], stack.vertices[t[1]], stack.vertices[t[2]]);
-  }
-  return sum;
-}
+using shapes::sheet_area;
 
 Domain all_support(const Vec3& low, const Vec3& high, std::array<int, 3> cells) {
   return shapes::brick_domain(low, high, cells, [](const Vec3&) { return false; });

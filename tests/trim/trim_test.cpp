@@ -13,21 +13,14 @@
 #include "curvesup/solid/convolution_solid.h"
 #include "helpers/brick_domain.h"
 #include "helpers/closed_form_solids.h"
+#include "helpers/layer_stacks.h"
 #include "layers/sheet_edges.h"
 
 namespace curvesup {
 namespace {
 
 using shapes::Capsules;
-
-double sheet_area(const LayerStack& stack, const Sheet& sheet) {
-  double sum = 0.0;
-  for (Index i = sheet.first_triangle; i < sheet.first_triangle + sheet.triangle_count; ++i) {
-    const auto& t = stack.triangles[i];
-    sum += triangle_area(stack.vertices[t[0]], stack.vertices[t[1]], stack.vertices[t[2]]);
-  }
-  return sum;
-}
+using shapes::sheet_area;
 
 bool all_ok(const std::vector<Check>& checks) {
   return std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.ok; });

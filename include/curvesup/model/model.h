@@ -5,6 +5,7 @@
 
 #include "curvesup/core/run_context.h"
 #include "curvesup/mesh/tet_mesh.h"
+#include "curvesup/mesh/triangle_mesh.h"
 
 namespace curvesup {
 
@@ -26,6 +27,15 @@ struct Model {
   std::vector<BoundaryFace> boundary;
   Mat3 rotation = Mat3::Identity();  // file frame -> placed frame, without scale and move; turns vector fields
 };
+
+// The boundary over all vertices of the model.
+[[nodiscard]] inline TriangleMesh boundary_surface(const Model& model) {
+  TriangleMesh surface;
+  surface.vertices = model.mesh.vertices;
+  surface.triangles.reserve(model.boundary.size());
+  for (const BoundaryFace& face : model.boundary) surface.triangles.push_back(face.vertices);
+  return surface;
+}
 
 struct ModelReport {
   Index vertices = 0, tets = 0, boundary_faces = 0;
