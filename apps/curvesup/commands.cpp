@@ -14,8 +14,10 @@
 #include "curvesup/pipeline/config.h"
 #include "curvesup/pipeline/machine_config.h"
 #include "curvesup/pipeline/inspect.h"
+#include "curvesup/io/surface_file.h"
 #include "curvesup/io/tet_file.h"
 #include "curvesup/io/text_file.h"
+#include "curvesup/model/fill_surface.h"
 #include "curvesup/pipeline/slice.h"
 #include "curvesup/preview/inspect.h"
 #include "terminal.h"
@@ -134,13 +136,33 @@ int run_compare(const Arguments& arguments) {
   return 0;
 }
 
-int run_inspect(const Arguments& arguments) {
-  const TetMesh mesh = read_tet_file(arguments.model);
-  const MeshDiagnosis diagnosis = diagnose_mesh(mesh);
-  const std::string name = fs::path(arguments.model).filename().string();
+// A surface that looks sound may still be more than the mesher can do: that too is a finding.
+void try_to_fill(const TriangleMesh& surface, const std::string& name, MeshDiagnosis& diagnosis) {
+  if (!diagnosis.usable()) return;
+  try {
+    (void)fill_surface(surface, name);
+  } catch (const Error& error) {
+    diagnosis.problems.push_back({"cannot_be_filled", MeshProblem::Severity::refused, "mesh", 1, {0}, error.problem(), error.remedy()});
+  }
+}
+
+template <class Mesh>
+int report_diagnosis(const Arguments& arguments, const std::string& name, const MeshDiagnosis& diagnosis, const Mesh& mesh) {
   std::cout << diagnosis_text(name, diagnosis);
   if (!arguments.out.empty()) write_file(arguments.out, inspect_html(diagnosis, mesh, name));
   return diagnosis.usable() ? 0 : exit_code(ErrorKind::input);
+}
+
+int run_inspect(const Arguments& arguments) {
+  const std::string name = fs::path(arguments.model).filename().string();
+  if (!is_surface_file(arguments.model)) {
+    const TetMesh mesh = read_tet_file(arguments.model);
+    return report_diagnosis(arguments, name, diagnose_mesh(mesh), mesh);
+  }
+  const TriangleMesh surface = read_surface_file(arguments.model);
+  MeshDiagnosis diagnosis = diagnose_surface(surface);
+  try_to_fill(surface, name, diagnosis);
+  return report_diagnosis(arguments, name, diagnosis, surface);
 }
 
 int run_check(const Arguments& arguments) {
@@ -177,7 +199,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
 
   auto* slice_command = app.add_subcommand("slice", "Slice a model into layers, supports, toolpaths and robot files");
-  slice_command->add_option("MODEL", arguments.model, "model.tet")->required();
+  slice_command->add_option("MODEL", arguments.model, "model.tet, or a surface .stl or .obj")->required();
   slice_command->add_option("CONFIG", arguments.config, "config.json")->required();
   slice_command->add_option("-o,--out", arguments.out, "Output folder; default <model name>_out");
   slice_command->add_option("--stop-after", arguments.stop_after, "Stop after this stage")->check(CLI::IsMember(slice_stage_names()));
@@ -185,14 +207,14 @@ int run(int argc, char** argv) {
   add_run_options(*slice_command, arguments);
 
   auto* compare_command = app.add_subcommand("compare", "Tree support against the envelope baseline, one table");
-  compare_command->add_option("MODEL", arguments.model, "model.tet")->required();
+  compare_command->add_option("MODEL", arguments.model, "model.tet, or a surface .stl or .obj")->required();
   compare_command->add_option("CONFIG", arguments.config, "config.json")->required();
   compare_command->add_option("-o,--out", arguments.out, "Folder for compare.json and compare.csv");
   compare_command->footer("Example: curvesup compare model.tet config.json -o comparison");
   add_run_options(*compare_command, arguments);
 
   auto* inspect_command = app.add_subcommand("inspect", "What is wrong with this mesh, with element ids");
-  inspect_command->add_option("MODEL", arguments.model, "model.tet")->required();
+  inspect_command->add_option("MODEL", arguments.model, "model.tet, or a surface .stl or .obj")->required();
   inspect_command->add_option("-o,--out", arguments.out, "Page to write, with the bad elements marked");
   inspect_command->footer("Example: curvesup inspect model.tet -o diagnosis.html");
 

@@ -150,14 +150,24 @@ Corners read_obj(const std::filesystem::path& path, std::string_view bytes) {
   return corners;
 }
 
-}  // namespace
-
-TriangleMesh read_surface_file(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path);
+std::string lower_extension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : static_cast<char>(c);
   });
+  return extension;
+}
+
+}  // namespace
+
+bool is_surface_file(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  return extension == ".stl" || extension == ".obj";
+}
+
+TriangleMesh read_surface_file(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path);
+  const std::string extension = lower_extension(path);
   if (extension == ".obj") return weld(path, read_obj(path, bytes));
   if (extension == ".stl") return weld(path, read_stl(path, bytes));
   throw Error(ErrorKind::input, path.string(), "unknown kind of surface file '" + extension + "'",

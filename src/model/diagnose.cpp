@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "curvesup/core/format.h"
-#include "curvesup/mesh/triangle_tree.h"
+#include "curvesup/mesh/triangle_mesh.h"
 #include "model/mesh_checks.h"
 
 namespace curvesup {
@@ -182,59 +182,15 @@ class Diagnosis {
     result_.genus = shape.genus;
   }
 
-  // Boundary edges that pass through a boundary face, and vertices that nearly touch one. Faces with a vertex in common
-  // are not compared.
   void look_for_contacts(const std::vector<std::array<Index, 3>>& boundary) {
-    TriangleMesh surface{sound_.vertices, boundary};
-    const TriangleTree tree(surface);
-    const auto shares = [&](Index face, Index v) {
-      return std::find(boundary[face].begin(), boundary[face].end(), v) != boundary[face].end();
-    };
-    std::vector<std::array<Index, 3>> crossed;
-    std::vector<Index> close;
-    std::vector<char> seen(sound_.vertices.size(), 0);
     const double gap = kCloseGap * diagonal_;
-    for (const auto& face : boundary) {
-      bool crossing = false;
-      for (int c = 0; c < 3; ++c) {
-        const Index a = face[c], b = face[(c + 1) % 3];
-        const Vec3 &pa = sound_.vertices[a], &pb = sound_.vertices[b];
-        tree.overlapping(pa.cwiseMin(pb), pa.cwiseMax(pb), [&](Index other) {
-          if (crossing || shares(other, a) || shares(other, b)) return;
-          crossing = crosses(pa, pb, boundary[other]);
-        });
-        if (seen[a]) continue;
-        seen[a] = 1;
-        bool near = false;
-        const Vec3 around = Vec3::Constant(gap);
-        tree.overlapping(pa - around, pa + around, [&](Index other) {
-          if (near || shares(other, a) || shares(other, b) || shares(other, face[(c + 2) % 3])) return;
-          const auto& t = boundary[other];
-          near =
-              (closest_point_on_triangle(pa, sound_.vertices[t[0]], sound_.vertices[t[1]], sound_.vertices[t[2]]) - pa)
-                  .norm() < gap;
-        });
-        if (near) close.push_back(a);
-      }
-      if (crossing) crossed.push_back(face);
-    }
-    std::sort(crossed.begin(), crossed.end());
-    std::sort(close.begin(), close.end());
-    add("intersecting_faces", Severity::note, "face", 3, flat(crossed),
+    const Contacts contacts = find_contacts({sound_.vertices, boundary}, gap);
+    add("intersecting_faces", Severity::note, "face", 3, flat(contacts.crossed),
         "an edge of the face passes through another boundary face",
         "the support domain cannot be meshed: separate the parts");
-    add("close_faces", Severity::note, "vertex", 1, close,
+    add("close_faces", Severity::note, "vertex", 1, contacts.close,
         format("a boundary face without this vertex lies nearer than %.3g", gap),
         "meshing the support domain may fail: separate or join the parts");
-  }
-
-  // The segment meets the inside of the face.
-  [[nodiscard]] bool crosses(const Vec3& a, const Vec3& b, const std::array<Index, 3>& face) const {
-    const Vec3 &p = sound_.vertices[face[0]], &q = sound_.vertices[face[1]], &r = sound_.vertices[face[2]];
-    const double above = tet_volume(p, q, r, a), below = tet_volume(p, q, r, b);
-    if (!(above * below < 0.0)) return false;
-    const double u = tet_volume(a, b, p, q), v = tet_volume(a, b, q, r), w = tet_volume(a, b, r, p);
-    return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
   }
 
   const TetMesh& mesh_;

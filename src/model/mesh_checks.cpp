@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "core/disjoint_sets.h"
+#include "curvesup/mesh/triangle_tree.h"
 
 namespace curvesup::mesh_checks {
 
@@ -174,6 +175,7 @@ Manifold check_manifold(const std::vector<std::array<Index, 3>>& faces, std::siz
     const auto [low, high, face] = uses[begin];
     if (end - begin != 2) {
       found.bad_edges.push_back({low, high});
+      if (end - begin == 1) found.open_edges.push_back({low, high});
       on_bad_edge[low] = on_bad_edge[high] = 1;
       return;
     }
@@ -189,6 +191,51 @@ Manifold check_manifold(const std::vector<std::array<Index, 3>>& faces, std::siz
   for (Index v = 0; v < size_of(fans); ++v) {
     if (fans[v] > 1 && !on_bad_edge[v]) found.bad_vertices.push_back(v);
   }
+  return found;
+}
+
+namespace {
+
+// The segment meets the inside of the triangle.
+bool crosses(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3& q, const Vec3& r) {
+  const double above = tet_volume(p, q, r, a), below = tet_volume(p, q, r, b);
+  if (!(above * below < 0.0)) return false;
+  const double u = tet_volume(a, b, p, q), v = tet_volume(a, b, q, r), w = tet_volume(a, b, r, p);
+  return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
+}
+
+}  // namespace
+
+Contacts find_contacts(const TriangleMesh& surface, double gap) {
+  const auto& [vertices, faces] = surface;
+  const TriangleTree tree(surface);
+  const auto has = [&](Index face, Index v) { return std::find(faces[face].begin(), faces[face].end(), v) != faces[face].end(); };
+  const auto corner = [&](Index face, int c) -> const Vec3& { return vertices[faces[face][c]]; };
+  Contacts found;
+  std::vector<char> seen(vertices.size(), 0);
+  for (const auto& face : faces) {
+    bool crossing = false;
+    for (int c = 0; c < 3; ++c) {
+      const Index a = face[c], b = face[(c + 1) % 3];
+      const Vec3 &pa = vertices[a], &pb = vertices[b];
+      tree.overlapping(pa.cwiseMin(pb), pa.cwiseMax(pb), [&](Index other) {
+        if (crossing || has(other, a) || has(other, b)) return;
+        crossing = crosses(pa, pb, corner(other, 0), corner(other, 1), corner(other, 2));
+      });
+      if (seen[a]) continue;
+      seen[a] = 1;
+      bool near = false;
+      const Vec3 around = Vec3::Constant(gap);
+      tree.overlapping(pa - around, pa + around, [&](Index other) {
+        if (near || has(other, a) || has(other, b) || has(other, face[(c + 2) % 3])) return;
+        near = (closest_point_on_triangle(pa, corner(other, 0), corner(other, 1), corner(other, 2)) - pa).norm() < gap;
+      });
+      if (near) found.close.push_back(a);
+    }
+    if (crossing) found.crossed.push_back(face);
+  }
+  std::sort(found.crossed.begin(), found.crossed.end());
+  std::sort(found.close.begin(), found.close.end());
   return found;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "curvesup/mesh/tet_mesh.h"
+#include "curvesup/mesh/triangle_mesh.h"
 
 // What can be wrong with tets as they come from a file. All lists are in ascending order.
 namespace curvesup::mesh_checks {
@@ -40,10 +41,19 @@ struct Faces {
 [[nodiscard]] Faces classify_faces(const TetMesh& mesh);
 
 struct Manifold {
-  std::vector<std::array<Index, 2>> bad_edges;  // of boundary edges that do not have exactly two faces
+  std::vector<std::array<Index, 2>> bad_edges;   // of boundary edges that do not have exactly two faces
+  std::vector<std::array<Index, 2>> open_edges;  // those of them with one face
   std::vector<Index> bad_vertices;              // off those edges: boundary faces around them form more than one fan
 };
 [[nodiscard]] Manifold check_manifold(const std::vector<std::array<Index, 3>>& faces, std::size_t vertices);
+
+// Faces that have an edge through another face, by their vertices, and vertices nearer than `gap` to a face. Faces
+// with a vertex in common are not compared.
+struct Contacts {
+  std::vector<std::array<Index, 3>> crossed;
+  std::vector<Index> close;
+};
+[[nodiscard]] Contacts find_contacts(const TriangleMesh& surface, double gap);
 
 struct Shape {
   int components = 0;  // face-connected volume components

@@ -38,6 +38,7 @@ const OptionTable<PlaceOptions>& place_table() {
               "Rotation about x, then y, then z, about the origin, after the up axis.");
     t.numbers("translate_mm", 3, 1.0, CURVESUP_ELEMENT(translate_mm[static_cast<int>(i)]), -1e5, 1e5, "Move after the rotation.");
     t.boolean("drop_to_platform", CURVESUP_FIELD(drop_to_platform), "Move along z until the lowest vertex is at z = 0.");
+    t.custom(ranged_key("max_tet_volume_mm3", KeyType::number, 20.0, 1e-6, 1e9, "Tets that fill a .stl or .obj surface are not larger, after scaling."));
     return t;
   }();
   return table;

@@ -6,8 +6,10 @@
 #include "curvesup/pipeline/machine_config.h"
 #include "curvesup/core/format.h"
 #include "curvesup/io/sha256.h"
+#include "curvesup/io/surface_file.h"
 #include "curvesup/io/tet_file.h"
 #include "curvesup/io/value_file.h"
+#include "curvesup/model/fill_surface.h"
 #include "curvesup/solid/convolution_solid.h"
 #include "curvesup/solid/envelope_solid.h"
 #include "options.h"
@@ -20,10 +22,19 @@ Json vec_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 // ---------------------------------------------------------------------------------------------------------- load
 
+// The tets of a .tet file, or of the inside of a surface.
+TetMesh read_model(const SliceState& state) {
+  const auto& file = state.request.model_file;
+  if (!is_surface_file(file)) return read_tet_file(file);
+  const double scale = place_options(state.config).scale;
+  const double volume = config_value(state.config, "model.max_tet_volume_mm3").get<double>();
+  return fill_surface(read_surface_file(file), file.string(), {.max_tet_volume_mm3 = volume / (scale * scale * scale)});
+}
+
 void load(SliceState& state, const RunContext& run) {
   const auto& file = state.request.model_file;
   state.input_sha256 = sha256_of_file(file);
-  state.model = load_model(file.stem().string(), read_tet_file(file), place_options(state.config), run);
+  state.model = load_model(file.stem().string(), read_model(state), place_options(state.config), run);
   const ModelReport& report = state.model.report;
   if (report.flipped_tets > 0) {
     run.log(LogLevel::warning, format("%d tets were turned inside out and have been mended", report.flipped_tets));
@@ -52,6 +63,11 @@ void load(SliceState& state, const RunContext& run) {
 FieldInput read_field_input(const SliceState& state, FieldSource source) {
   FieldInput input;
   if (source == FieldSource::direction) return input;
+  if (is_surface_file(state.request.model_file)) {
+    throw Error(ErrorKind::usage, "config key field.source",
+                "a surface file has no vertices or tets inside that a file could give values to",
+                "use a .tet file, or set field.source to direction");
+  }
   const std::string path = config_value(state.config, "field.path").get<std::string>();
   const auto file = config_file_path(state.request.config, "field.path", path);
   const TetMesh& mesh = state.model.model.mesh;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "scene.h"
 
@@ -16,7 +17,9 @@ constexpr std::size_t kMaxMarkedTets = 20000;  // drawn, of each problem
 
 class InspectPage {
  public:
-  InspectPage(const MeshDiagnosis& diagnosis, const TetMesh& mesh) : diagnosis_(diagnosis), mesh_(mesh) {}
+  // Of a surface: `mesh` has its vertices and no tets, and `triangles` are drawn as they are.
+  InspectPage(const MeshDiagnosis& diagnosis, const TetMesh& mesh, std::span<const std::array<Index, 3>> triangles = {})
+      : diagnosis_(diagnosis), mesh_(mesh), triangles_(triangles) {}
 
   std::string make(const std::string& title) {
     for (std::size_t v = 0; v < mesh_.vertices.size(); ++v) {
@@ -25,7 +28,7 @@ class InspectPage {
     scene_.info["title"] = title;
     scene_.info["inspect"] = true;
     scene_.add_box("box", box_);
-    add_surface();
+    draw(diagnosis_.surface ? std::vector(triangles_.begin(), triangles_.end()) : odd_faces());
     add_problems();
     scene_.info["report"] = {{"mesh", numbers()}};
     return scene_.page(title);
@@ -41,7 +44,7 @@ class InspectPage {
   }
 
   // Faces that an odd number of tets has: the surface of a sound mesh, and something to look at for any other.
-  void add_surface() {
+  [[nodiscard]] std::vector<std::array<Index, 3>> odd_faces() const {
     struct Face {
       std::array<Index, 3> sorted, seen;
     };
@@ -56,22 +59,28 @@ class InspectPage {
     }
     std::sort(faces.begin(), faces.end(),
               [](const Face& a, const Face& b) { return a.sorted != b.sorted ? a.sorted < b.sorted : a.seen < b.seen; });
-    std::vector<std::uint16_t> vertices;
-    std::vector<std::uint32_t> triangles;
-    std::vector<Index> local(mesh_.vertices.size(), kNone);
+    std::vector<std::array<Index, 3>> odd;
     for (std::size_t i = 0; i < faces.size();) {
       std::size_t end = i;
       while (end < faces.size() && faces[end].sorted == faces[i].sorted) ++end;
-      if ((end - i) % 2 == 1) {
-        for (const Index v : faces[i].seen) {
-          if (local[v] == kNone) {
-            local[v] = static_cast<Index>(vertices.size() / 3);
-            box_.add(mesh_.vertices[v], vertices);
-          }
-          triangles.push_back(static_cast<std::uint32_t>(local[v]));
-        }
-      }
+      if ((end - i) % 2 == 1) odd.push_back(faces[i].seen);
       i = end;
+    }
+    return odd;
+  }
+
+  void draw(const std::vector<std::array<Index, 3>>& faces) {
+    std::vector<std::uint16_t> vertices;
+    std::vector<std::uint32_t> triangles;
+    std::vector<Index> local(mesh_.vertices.size(), kNone);
+    for (const auto& face : faces) {
+      for (const Index v : face) {
+        if (local[v] == kNone) {
+          local[v] = static_cast<Index>(vertices.size() / 3);
+          box_.add(mesh_.vertices[v], vertices);
+        }
+        triangles.push_back(static_cast<std::uint32_t>(local[v]));
+      }
     }
     scene_.add("model_vertices", vertices);
     scene_.add("model_faces", triangles);
@@ -86,6 +95,9 @@ class InspectPage {
       if (problem.element.starts_with("tet")) {
         if (id < 0 || static_cast<std::size_t>(id) >= mesh_.tets.size()) return {};
         out.insert(out.end(), mesh_.tets[id].begin(), mesh_.tets[id].end());
+      } else if (problem.element == "triangle") {
+        if (id < 0 || static_cast<std::size_t>(id) >= triangles_.size()) return {};
+        out.insert(out.end(), triangles_[id].begin(), triangles_[id].end());
       } else {
         out.push_back(id);
       }
@@ -141,6 +153,12 @@ class InspectPage {
   [[nodiscard]] Json numbers() const {
     const MeshDiagnosis& d = diagnosis_;
     const Vec3 size = d.high - d.low;
+    if (d.surface) {
+      Json out = {{"usable", d.usable()}, {"vertices", d.vertices}, {"triangles", d.boundary_faces}, {"size_mm", {size.x(), size.y(), size.z()}},
+                  {"min_edge_mm", d.min_edge_mm}, {"max_edge_mm", d.max_edge_mm}};
+      if (d.usable()) out.update({{"volume_mm3", d.volume_mm3}, {"shells", d.components}, {"genus", d.genus}});
+      return out;
+    }
     Json out = {{"usable", d.usable()}, {"vertices", d.vertices}, {"tets", d.tets}, {"boundary_faces", d.boundary_faces},
                 {"size_mm", {size.x(), size.y(), size.z()}}, {"volume_mm3", d.volume_mm3},
                 {"min_dihedral_deg", d.min_dihedral_deg}, {"max_dihedral_deg", d.max_dihedral_deg},
@@ -156,12 +174,18 @@ class InspectPage {
 
   const MeshDiagnosis& diagnosis_;
   const TetMesh& mesh_;
+  std::span<const std::array<Index, 3>> triangles_;
   Scene scene_;
   QuantisedBox box_;
   std::vector<std::uint16_t> bad_triangles_, bad_lines_;
 };
 
 }  // namespace
+
+std::string inspect_html(const MeshDiagnosis& diagnosis, const TriangleMesh& file_surface, const std::string& title) {
+  const TetMesh vertices{file_surface.vertices, {}};
+  return InspectPage(diagnosis, vertices, file_surface.triangles).make(title);
+}
 
 std::string inspect_html(const MeshDiagnosis& diagnosis, const TetMesh& file_mesh, const std::string& title) {
   return InspectPage(diagnosis, file_mesh).make(title);

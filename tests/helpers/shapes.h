@@ -2,6 +2,7 @@
 
 #include <array>
 #include <functional>
+#include <string>
 
 #include "curvesup/mesh/tet_mesh.h"
 #include "curvesup/model/model.h"
@@ -73,6 +74,20 @@ inline TriangleMesh box_surface(const Vec3& low, const Vec3& high, int cells = 1
     }
   }
   return surface;
+}
+
+// Text STL with six decimals.
+inline std::string stl_text(const TriangleMesh& surface) {
+  std::string text = "solid shape\n";
+  for (const auto& triangle : surface.triangles) {
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const Index v : triangle) {
+      const Vec3& p = surface.vertices[v];
+      text += "vertex " + std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
+    }
+    text += "endloop\nendfacet\n";
+  }
+  return text + "endsolid shape\n";
 }
 
 // A slab [0,30] x [0,10] x [12,18] on two legs that end at z = 0: the smallest shape with a true overhang.

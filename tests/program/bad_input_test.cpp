@@ -113,6 +113,23 @@ TEST(BadInput, AFolderThatIsNotAnEarlierOutputIsNotReplaced) {
   expect_refused(folder, "slice m.tet c.json -o mine", 7, "output", "mine");
 }
 
+TEST(BadInput, SurfacesThatCannotBeFilled) {
+  const Folder folder;
+  TriangleMesh surface = boundary_surface(shapes::as_model(cube()));
+  folder.write("closed.stl", shapes::stl_text(surface));
+  surface.triangles.pop_back();
+  folder.write("open.stl", shapes::stl_text(surface));
+  folder.write("c.json", "{}");
+  folder.write("f.json", R"({"field": {"source": "scalar_file", "path": "f.txt"}})");
+  expect_refused(folder, "slice open.stl c.json", 3, "input", "open.stl: the surface is open");
+  expect_refused(folder, "slice closed.stl f.json", 2, "usage", "field.source");
+  const program::Outcome inspected = folder.curvesup("inspect open.stl -o page.html");
+  EXPECT_EQ(inspected.exit_code, 3);
+  EXPECT_NE(inspected.out.find("open_edges"), std::string::npos) << inspected.out;
+  EXPECT_TRUE(folder.files(".").contains("page.html"));
+  EXPECT_EQ(folder.curvesup("inspect closed.stl").exit_code, 0);
+}
+
 TEST(BadInput, FieldWithTooFewValuesAndConstantField) {
   const Folder folder;
   folder.write("m.tet", tet_text(cube()));

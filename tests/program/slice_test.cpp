@@ -6,6 +6,7 @@
 
 #include "curvesup/io/sha256.h"
 #include "helpers/program.h"
+#include "helpers/shapes.h"
 
 // The program as a user runs it, on the shipped models.
 namespace curvesup {
@@ -49,6 +50,27 @@ ordered_json failed_checks(const ordered_json& report) {
     if (!check["ok"].get<bool>()) names.push_back(check["name"]);
   }
   return names;
+}
+
+TEST(Slice, ASurfaceWithADirectionGoesThroughToTheRobot) {
+  const Folder folder;
+  // A slab of 16 mm on one leg.
+  const Model table = shapes::as_model(shapes::brick_mesh(Vec3(0, 0, 0), Vec3(16, 16, 12), {4, 4, 3}, [](const Vec3& c) {
+    return c.z() > 8.0 || (c - Vec3(8, 8, c.z())).cwiseAbs().maxCoeff() < 4.0;
+  }));
+  folder.write("table.stl", shapes::stl_text(boundary_surface(table)));
+  folder.write("c.json", R"({"layers": {"thickness_mm": 0.8}})");
+  const Outcome run = folder.curvesup("slice table.stl c.json --progress none");
+  ASSERT_LE(run.exit_code, 1) << run.err;
+  const auto files = folder.files("table_out");
+  const ordered_json report = ordered_json::parse(files.at("report.json"));
+  EXPECT_EQ(report["input"]["model"], "table.stl");
+  EXPECT_NEAR(report["model"]["volume_mm3"].get<double>(), 16 * 16 * 4 + 8 * 8 * 8, 1e-6);
+  EXPECT_NEAR(report["overhang"]["area_mm2"].get<double>(), 16 * 16 - 8 * 8, 1e-6);
+  EXPECT_EQ(report["layers"]["model"], 15);  // 12 mm in layers of 0.8
+  EXPECT_EQ(report["support"]["floating_pieces"], 0);
+  EXPECT_TRUE(files.contains("robot/part_0001.script"));
+  EXPECT_TRUE(files.contains("duet/print.g"));
 }
 
 class ShippedModel : public ::testing::TestWithParam<const char*> {};

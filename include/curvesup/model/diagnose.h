@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "curvesup/mesh/tet_mesh.h"
+#include "curvesup/mesh/triangle_mesh.h"
 
 namespace curvesup {
 
@@ -16,7 +17,8 @@ struct MeshProblem {
   };
   std::string name;  // "inverted_tets", ...
   Severity severity = Severity::note;
-  std::string element;  // what an id is: "vertex", "tet", "edge" (two vertices), "face" (three vertices), "tet pair"
+  // What an id is: "vertex", "tet", "triangle", "edge" (two vertices), "face" (three vertices), "tet pair".
+  std::string element;
   int ids_per_element = 1;
   std::vector<Index> ids;  // flat, in ascending order of the elements
   std::string text;        // one sentence
@@ -27,6 +29,7 @@ struct MeshProblem {
 
 struct MeshDiagnosis {
   Index vertices = 0, tets = 0, boundary_faces = 0;
+  bool surface = false;  // of a surface file: boundary_faces are its triangles, and there are no tets
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();
   double volume_mm3 = 0.0;  // of positive tets, in file units
   // Of the tets that have volume. Quality is 6 sqrt(2) V / (root mean square edge)^3: 1 for a regular tet, 0 for a flat
@@ -45,5 +48,9 @@ struct MeshDiagnosis {
 // Everything that is wrong, or doubtful, with a mesh as it comes from a file; later tests go on with the elements that
 // passed the earlier ones. Does not throw on any mesh. O(n log n).
 [[nodiscard]] MeshDiagnosis diagnose_mesh(const TetMesh& file_mesh);
+
+// The same for a surface that fill_surface is to fill. A surface is refused when it is not closed, when more than two
+// triangles meet in an edge, when it touches itself in a vertex, or when it passes through itself.
+[[nodiscard]] MeshDiagnosis diagnose_surface(const TriangleMesh& file_surface);
 
 }  // namespace curvesup

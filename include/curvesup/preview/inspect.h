@@ -12,4 +12,8 @@ namespace curvesup {
 [[nodiscard]] std::string inspect_html(const MeshDiagnosis& diagnosis, const TetMesh& file_mesh,
                                        const std::string& title);
 
+// The same for a surface and what diagnose_surface says of it.
+[[nodiscard]] std::string inspect_html(const MeshDiagnosis& diagnosis, const TriangleMesh& file_surface,
+                                       const std::string& title);
+
 }  // namespace curvesup

@@ -1,0 +1,137 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/disjoint_sets.h"
+#include "curvesup/core/format.h"
+#include "curvesup/model/diagnose.h"
+#include "model/mesh_checks.h"
+
+namespace curvesup {
+
+namespace {
+
+using namespace mesh_checks;
+using Severity = MeshProblem::Severity;
+
+constexpr double kCloseGap = 1e-4;  // of the bounding-box diagonal
+
+Index size_of(const auto& container) { return static_cast<Index>(container.size()); }
+
+class SurfaceDiagnosis {
+ public:
+  explicit SurfaceDiagnosis(const TriangleMesh& surface) : surface_(surface) {}
+
+  MeshDiagnosis run() {
+    result_.surface = true;
+    result_.vertices = size_of(surface_.vertices);
+    result_.boundary_faces = size_of(surface_.triangles);
+    if (surface_.triangles.empty()) {
+      add("no_triangles", Severity::refused, "mesh", 1, {0}, "the file has no triangles", "export a surface");
+      return std::move(result_);
+    }
+    measure();
+    keep_true_triangles();
+    look_at_edges();
+    if (result_.usable()) look_for_contacts();
+    if (result_.usable()) measure_shells();
+    return std::move(result_);
+  }
+
+ private:
+  void add(std::string name, Severity severity, std::string element, int ids_per_element, std::vector<Index> ids,
+           std::string text, std::string remedy) {
+    if (ids.empty()) return;
+    result_.problems.push_back({std::move(name), severity, std::move(element), ids_per_element, std::move(ids),
+                                std::move(text), std::move(remedy)});
+  }
+
+  template <std::size_t N>
+  static std::vector<Index> flat(const std::vector<std::array<Index, N>>& list) {
+    std::vector<Index> ids;
+    for (const auto& element : list) ids.insert(ids.end(), element.begin(), element.end());
+    return ids;
+  }
+
+  void measure() {
+    result_.low = Vec3::Constant(std::numeric_limits<double>::max());
+    result_.high = -result_.low;
+    for (const Vec3& v : surface_.vertices) {
+      result_.low = result_.low.cwiseMin(v);
+      result_.high = result_.high.cwiseMax(v);
+    }
+    result_.min_edge_mm = std::numeric_limits<double>::max();
+    const Vec3& origin = surface_.vertices.front();
+    for (const auto& t : surface_.triangles) {
+      const Vec3 &a = surface_.vertices[t[0]], &b = surface_.vertices[t[1]], &c = surface_.vertices[t[2]];
+      result_.volume_mm3 += tet_volume(origin, a, b, c);
+      for (const double edge : {(b - a).norm(), (c - b).norm(), (a - c).norm()}) {
+        if (edge > 0.0) result_.min_edge_mm = std::min(result_.min_edge_mm, edge);
+        result_.max_edge_mm = std::max(result_.max_edge_mm, edge);
+      }
+    }
+  }
+
+  void keep_true_triangles() {
+    std::vector<Index> collapsed;
+    for (Index t = 0; t < size_of(surface_.triangles); ++t) {
+      const auto& v = surface_.triangles[t];
+      if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) {
+        collapsed.push_back(t);
+      } else {
+        true_.push_back(v);
+      }
+    }
+    add("collapsed_triangles", Severity::mended, "triangle", 1, collapsed, "two corners of the triangle are one vertex",
+        "the triangle is left out");
+  }
+
+  void look_at_edges() {
+    const Manifold manifold = check_manifold(true_, surface_.vertices.size());
+    std::vector<std::array<Index, 2>> crowded;
+    std::set_difference(manifold.bad_edges.begin(), manifold.bad_edges.end(), manifold.open_edges.begin(),
+                        manifold.open_edges.end(), std::back_inserter(crowded));
+    add("open_edges", Severity::refused, "edge", 2, flat(manifold.open_edges),
+        "the surface is open: the edge has a triangle on one side only", "close the hole in the program that made the file");
+    add("non_manifold_edges", Severity::refused, "edge", 2, flat(crowded), "more than two triangles meet in the edge",
+        "join the parts by a Boolean union, or move them apart");
+    add("non_manifold_vertices", Severity::refused, "vertex", 1, manifold.bad_vertices,
+        "the surface touches itself in the vertex", "join the parts by a Boolean union, or move them apart");
+  }
+
+  void look_for_contacts() {
+    const double gap = kCloseGap * (result_.high - result_.low).norm();
+    const Contacts contacts = find_contacts({surface_.vertices, true_}, gap);
+    add("intersecting_faces", Severity::refused, "face", 3, flat(contacts.crossed),
+        "an edge of the triangle passes through another triangle", "join the parts by a Boolean union");
+    add("close_faces", Severity::note, "vertex", 1, contacts.close,
+        format("a triangle without this vertex lies nearer than %.3g", gap), "filling may fail: separate or join the parts");
+  }
+
+  void measure_shells() {
+    DisjointSets shells(surface_.vertices.size());
+    std::vector<char> used(surface_.vertices.size(), 0);
+    for (const auto& t : true_) {
+      shells.join(t[0], t[1]);
+      shells.join(t[0], t[2]);
+      for (const Index v : t) used[v] = 1;
+    }
+    int vertices = 0;
+    for (Index v = 0; v < size_of(used); ++v) {
+      vertices += used[v];
+      result_.components += used[v] && shells.root(v) == v;
+    }
+    // Euler: V - E + F = 2 for each shell, less 2 for each handle; E = 3 F / 2.
+    result_.genus = result_.components - (2 * vertices - size_of(true_)) / 4;
+  }
+
+  const TriangleMesh& surface_;
+  std::vector<std::array<Index, 3>> true_;  // triangles with three vertices
+  MeshDiagnosis result_;
+};
+
+}  // namespace
+
+MeshDiagnosis diagnose_surface(const TriangleMesh& file_surface) { return SurfaceDiagnosis(file_surface).run(); }
+
+}  // namespace curvesup
