@@ -11,7 +11,7 @@
 namespace curvesup {
 namespace {
 
-constexpr double kStraight = 0.005;   // radii: how far a joined node may lie off its strut
+constexpr double kStraight = 0.02;    // radii: how far a joined node may lie off its strut
 constexpr double kBoundSlack = 1e-9;  // rounding of the sums that bounds() must enclose
 constexpr double kMaxCells = 4e6;
 // Cell sizes and margins in mm: the first grid serves value(), the others bounds() of balls up to their margin.
@@ -117,27 +117,27 @@ std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio) {
   return struts;
 }
 
-// F_e for a point at distance sqrt(distance2) from the strut's line, `along` from its start.
-inline double ConvolutionSolid::Kernel::contribution(double distance2, double along) const {
-  const double half2 = reach2 - distance2;
+inline double ConvolutionSolid::Kernel::contribution(double distance2, double along, double scale) const {
+  const double half2 = reach * reach - distance2;
   if (half2 <= 0.0) return 0.0;
   const double half = std::sqrt(half2);
   const double from = std::max(-half, -along), to = std::min(half, length - along);
   if (to <= from) return 0.0;
-  const double s0 = 0.5 * (from / half + 1.0), s1 = 0.5 * (to / half + 1.0);
+  const double per_half = 0.5 / half, part = half2 / (reach * reach);
+  const double s0 = from * per_half + 0.5, s1 = to * per_half + 0.5;
   // Never negative, so that a partial sum never exceeds the whole one.
-  return std::max(0.0, scale * half2 * half2 * (kernel_integral(s1) - kernel_integral(s0)));
+  return std::max(0.0, scale * part * part * (kernel_integral(s1) - kernel_integral(s0)));
 }
 
 // F_e falls with the distance from the line, and with the distance between the point's foot and the strut's middle.
-inline double ConvolutionSolid::Kernel::most_in_ball(const Vec3& centre, double radius) const {
+inline double ConvolutionSolid::Kernel::most_in_ball(const Vec3& centre, double radius, double scale) const {
   const Vec3 offset = centre - a;
   const double along = offset.dot(direction);
   const double distance2 = std::max(0.0, offset.squaredNorm() - along * along);
   const double limit = reach + radius;
   if (distance2 >= limit * limit) return 0.0;
   const double nearest = distance2 > radius * radius ? std::sqrt(distance2) - radius : 0.0;
-  return contribution(nearest * nearest, std::clamp(0.5 * length, along - radius, along + radius));
+  return contribution(nearest * nearest, std::clamp(0.5 * length, along - radius, along + radius), scale);
 }
 
 inline double ConvolutionSolid::Kernel::distance2(const Vec3& p) const {
@@ -146,10 +146,10 @@ inline double ConvolutionSolid::Kernel::distance2(const Vec3& p) const {
   return offset.squaredNorm() - along * along + beside * beside;
 }
 
-inline double ConvolutionSolid::Kernel::at(const Vec3& p) const {
+inline double ConvolutionSolid::Kernel::at(const Vec3& p, double scale) const {
   const Vec3 offset = p - a;
   const double along = offset.dot(direction);
-  return contribution(offset.squaredNorm() - along * along, along);
+  return contribution(offset.squaredNorm() - along * along, along, scale);
 }
 
 double ConvolutionSolid::Foot::value(const Vec3& p) const {
@@ -175,14 +175,14 @@ void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOpt
   check_options(options);
   kernel_ratio_ = kappa;
   const double narrowing = 1.0 - 1.0 / (kappa * kappa);
-  const double weight = 15.0 / (8.0 * narrowing * narrowing);
+  scale_ = 16.0 * 15.0 / (8.0 * narrowing * narrowing);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Vec3 low = Vec3::Constant(kInfinity), high = Vec3::Constant(-kInfinity);
   for (const Strut& s : struts) {
     const double length = (s.b - s.a).norm();
     if (length <= 0.0 || s.radius_mm <= 0.0) continue;
     const double reach = kappa * s.radius_mm;
-    kernels_.push_back({s.a, (s.b - s.a) / length, length, reach, reach * reach, weight * 16.0 / std::pow(reach, 4)});
+    kernels_.push_back({s.a, (s.b - s.a) / length, length, reach});
     low = low.cwiseMin(s.a.cwiseMin(s.b) - Vec3::Constant(reach));
     high = high.cwiseMax(s.a.cwiseMax(s.b) + Vec3::Constant(reach));
   }
@@ -286,14 +286,14 @@ double ConvolutionSolid::foot_value(const Vec3& p) const {
 double ConvolutionSolid::value(const Vec3& p) const {
   double sum = 0.0;
   if (!grids_.empty()) {
-    for (const Index s : grids_[0].near(p)) sum += kernels_[s].at(p);
+    for (const Index s : grids_[0].near(p)) sum += kernels_[s].at(p, scale_);
   }
   return std::max(sum - 1.0, foot_value(p));
 }
 
 double ConvolutionSolid::plain_value(const Vec3& p) const {
   double sum = 0.0;
-  for (const Kernel& k : kernels_) sum += k.at(p);
+  for (const Kernel& k : kernels_) sum += k.at(p, scale_);
   return std::max(sum - 1.0, foot_value(p));
 }
 
@@ -301,7 +301,7 @@ bool ConvolutionSolid::inside(const Vec3& p) const {
   double sum = 0.0;
   if (!grids_.empty()) {
     for (const Index s : grids_[0].near(p)) {
-      sum += kernels_[s].at(p);
+      sum += kernels_[s].at(p, scale_);
       if (sum >= 1.0) return true;
     }
   }
@@ -323,32 +323,36 @@ bool ConvolutionSolid::any_near(const Vec3& centre, double radius, const Visit& 
 
 bool ConvolutionSolid::surely_outside(const Vec3& centre, double radius) const {
   double high = kBoundSlack;
-  if (any_near(centre, radius, [&](const Kernel& k) { return (high += k.most_in_ball(centre, radius)) >= 1.0; })) return false;
+  if (any_near(centre, radius, [&](const Kernel& k) { return (high += k.most_in_ball(centre, radius, scale_)) >= 1.0; })) return false;
   return std::all_of(feet_.begin(), feet_.end(), [&](const Foot& foot) {
     return foot.value(centre) + foot.lipschitz() * radius + kBoundSlack < 0.0;
   });
 }
 
-bool ConvolutionSolid::may_be_thinner(const Vec3& centre, double radius, double thickness_radius) const {
-  const double thinner = kernel_ratio_ * thickness_radius;
+double ConvolutionSolid::thinnest_radius(const Vec3& centre, double radius, double enough) const {
+  double thinnest = std::numeric_limits<double>::infinity();
   if (const Grid* grid = grid_for(radius)) {
     const std::ptrdiff_t c = grid->cell_of(centre);
-    if (c < 0 || grid->least_reach[c] >= thinner) return false;
+    if (c < 0) return thinnest;
+    // What the whole cell has is a bound already.
+    if (grid->least_reach[c] > kernel_ratio_ * enough) return grid->least_reach[c] / kernel_ratio_;
   }
-  return any_near(centre, radius, [&](const Kernel& k) {
+  (void)any_near(centre, radius, [&](const Kernel& k) {
     const double limit = k.reach + radius + kBoundSlack;
-    return k.reach < thinner && k.distance2(centre) < limit * limit;
+    if (k.reach < thinnest && k.distance2(centre) < limit * limit) thinnest = k.reach;
+    return thinnest <= kernel_ratio_ * enough;
   });
+  return thinnest / kernel_ratio_;
 }
 
 Solid::Bounds ConvolutionSolid::bounds(const Vec3& centre, double radius) const {
   double low = 0.0, high = 0.0;
   (void)any_near(centre, radius, [&](const Kernel& k) {
-    high += k.most_in_ball(centre, radius);
+    high += k.most_in_ball(centre, radius, scale_);
     const Vec3 offset = centre - k.a;
     const double along = offset.dot(k.direction);
     const double farthest = std::sqrt(std::max(0.0, offset.squaredNorm() - along * along)) + radius;
-    low += k.contribution(farthest * farthest, along > 0.5 * k.length ? along + radius : along - radius);
+    low += k.contribution(farthest * farthest, along > 0.5 * k.length ? along + radius : along - radius, scale_);
     return false;
   });
   Bounds bounds{low - 1.0, high - 1.0};

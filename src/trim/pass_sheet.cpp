@@ -135,7 +135,7 @@ void PassSheet::visit(Index tet) {
     if (next == kNone || domain_.region(next) == Material::model) continue;
     const Index a = ring[c], b = ring[(c + 1) % cut.size];
     if (cutter_.vertices()[a].z() < 0.0 && cutter_.vertices()[b].z() < 0.0) continue;
-    if (cutter_.may_be_inside(a, b)) pending_.push_back(next);
+    if (cutter_.is_inside_anywhere(a, b)) pending_.push_back(next);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "curvesup/mesh/triangle_mesh.h"
 
@@ -11,52 +12,57 @@ namespace curvesup {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-// The ball around the middle of a triangle's longest edge that holds the triangle: the third corner is at most
-// sqrt(3) / 2 of that edge away.
-constexpr double kCoveringRadius = 0.8660254037844388;
-// Edges inside the solid need not be shorter than this many times the wanted length.
-constexpr double kInsideEdges = 4.0;
-// An edge may be as long as this part of the radius of the thinnest strut near it.
-constexpr double kEdgePerRadius = 0.5;
-// Halving a triangle more often than this makes slivers thinner than rounding along an edge that stays whole.
-constexpr int kMaxDepth = 40;
+// Samples may be as far apart as this part of the radius of the thinnest strut near them.
+constexpr double kEdgePerRadius = 0.4;
+// Between samples so many steps apart that are inside, and whose middle is, everything counts as inside: struts are convex,
+// so all that this can overlook is a notch or a hole narrower than that.
+constexpr int kInsideIntervals = 4;
+constexpr int kMaxIntervals = 2048;
 constexpr double kRootTolerance_mm = 1e-5;
-// A border that leaves its chord by less is left straight.
+// Parts of a lattice edge.
+constexpr double kBesideNode = 0.02, kOffNode = 1e-5;
+// A border that leaves its chord by less gets no further point.
 constexpr double kFlatBorder_mm = 2e-3;
+// Border points that lie nearer to the line between others are left out.
+constexpr double kBorderTolerance_mm = 5e-3;
 
-// Root of the solid between a point inside (value >= 0) and one outside, by regula falsi with the Illinois rule; a guess
-// nearer than the tolerance to an end of the bracket is moved off it, which closes the bracket from the other side. Bisection
-// wherever four steps have not made it eight times shorter. The point returned is the inside end of the last bracket.
+// The value of a sample that counts as inside or outside: it is made to agree where the two differ.
+double on_side(double value, bool inside) {
+  return inside ? std::max(value, 0.0) : std::min(value, -std::numeric_limits<double>::min());
+}
+
+// Root of the solid between a point inside (value >= 0) and one outside, by Chandrupatla's method (inverse quadratic
+// interpolation where that is safe, else bisection), started by one linear step.
 Vec3 root_between(const Solid& solid, const Vec3& inside, double inside_value, const Vec3& outside, double outside_value) {
   const Vec3 along = outside - inside;
-  const double length = along.norm();
-  const double least = 0.45 * kRootTolerance_mm / std::max(length, kRootTolerance_mm);
-  double low = 0.0, high = 1.0, low_value = inside_value, high_value = outside_value;
-  double wide = 1.0;
-  int last_side = 0;
-  for (int i = 0; i < 80 && (high - low) * length > kRootTolerance_mm; ++i) {
-    const double slope = low_value - high_value;
-    double t = slope > 0.0 ? low + (high - low) * low_value / slope : 0.5 * (low + high);
-    t = std::clamp(t, low + least, high - least);
-    if (i % 4 == 3) {
-      if (high - low > 0.125 * wide || !(t > low && t < high)) t = 0.5 * (low + high);
-      wide = high - low;
-    }
-    const double v = solid.value(inside + t * along);
-    if (v >= 0.0) {
-      low = t;
-      low_value = v;
-      if (last_side == 1) high_value *= 0.5;
-      last_side = 1;
-      if (v == 0.0) break;
+  const double tolerance = kRootTolerance_mm / std::max(along.norm(), kRootTolerance_mm);
+  double a = 0.0, b = 1.0, value_a = inside_value, value_b = outside_value, c = 0.0, value_c = 0.0;
+  double t = value_a / (value_a - value_b);
+  for (int i = 0; i < 60; ++i) {
+    const double x = a + std::clamp(t, 0.0, 1.0) * (b - a);
+    // Where the interpolation moves less than the tolerance, its last point is taken unseen.
+    if (std::min(std::abs(x - a), std::abs(b - x)) < tolerance || std::abs(b - a) < tolerance) return inside + x * along;
+    const double value = solid.value(inside + x * along);
+    if ((value >= 0.0) == (value_a >= 0.0)) {
+      c = a;
+      value_c = value_a;
     } else {
-      high = t;
-      high_value = v;
-      if (last_side == -1) low_value *= 0.5;
-      last_side = -1;
+      c = b;
+      b = a;
+      value_c = value_b;
+      value_b = value_a;
+    }
+    a = x;
+    value_a = value;
+    const double xi = (a - b) / (c - b), phi = (value_a - value_b) / (value_c - value_b);
+    if (phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi) {
+      t = value_a / (value_b - value_a) * value_c / (value_b - value_c) +
+          (c - a) / (b - a) * value_a / (value_c - value_a) * value_b / (value_c - value_b);
+    } else {
+      t = 0.5;
     }
   }
-  return inside + low * along;
+  return inside + a * along;
 }
 
 }  // namespace
@@ -74,197 +80,343 @@ double SheetCutter::value(Index vertex) {
 }
 
 bool SheetCutter::inside(Index vertex) {
-  if (side_[vertex] == kUnknownSide) side_[vertex] = solid_.inside(vertices_[vertex]);
+  if (side_[vertex] == kUnknownSide) side_[vertex] = value(vertex) >= 0.0;
   return side_[vertex] == 1;
 }
-
-double SheetCutter::area(const Corners& t) const { return triangle_area(vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]); }
 
 void SheetCutter::keep(const Corners& t, Index tet) {
   triangles_.push_back(t);
   triangle_tet_.push_back(tet);
 }
 
-bool SheetCutter::may_be_inside(Index a, Index b) const {
-  const Vec3 middle = 0.5 * (vertices_[a] + vertices_[b]);
-  return !solid_.surely_outside(middle, 0.5 * (vertices_[b] - vertices_[a]).norm());
+int SheetCutter::intervals(double length, double step) {
+  int n = 1;
+  while (n < kMaxIntervals && length > n * step) n *= 2;
+  return n;
 }
 
-void SheetCutter::add_triangle(const std::array<Index, 3>& corners, Index tet) {
-  pending_.assign(1, {corners, 0});
-  while (!pending_.empty()) {
-    const auto [t, depth] = pending_.back();
-    pending_.pop_back();
-    std::array<Index, 3> edge{};  // from corner c to the next
-    double longest2 = 0.0;
-    int longest = 0;
-    for (int c = 0; c < 3; ++c) {
-      const double length2 = (vertices_[t[(c + 1) % 3]] - vertices_[t[c]]).squaredNorm();
-      if (length2 > longest2) longest = c;
-      longest2 = std::max(longest2, length2);
-      edge[c] = decide(t[c], t[(c + 1) % 3]);
-    }
-    if (edge[longest] == kOutside) {
-      cut_away_ += area(t);
-    } else if (depth < kMaxDepth && (edge[0] >= 0 || edge[1] >= 0 || edge[2] >= 0)) {
-      refine(t, edge, depth + 1);
-    } else {
-      cut(t, tet);
-    }
+Index SheetCutter::cut_between(const Vec3& inside, double inside_value, const Vec3& outside, double outside_value) {
+  const Index v = add_vertex(root_between(solid_, inside, inside_value, outside, outside_value));
+  side_[v] = 1;
+  return v;
+}
+
+const SheetCutter::Edge& SheetCutter::edge(Index a, Index b) {
+  const auto slot = edge_of_.at(a, b);
+  if (!slot.is_new) return edges_[slot.value];
+  slot.value = static_cast<Index>(edges_.size());
+  const Index low = std::min(a, b), high = std::max(a, b);
+  const Vec3 start = vertices_[low], along = vertices_[high] - start;
+  const double length = along.norm();
+  Edge edge;
+  // Steps so short that no strut that reaches the ball around the edge slips through between samples.
+  edge.step = edge_length_;
+  if (length > edge_length_) {
+    edge.step = std::max(edge_length_, kEdgePerRadius * solid_.thinnest_radius(start + 0.5 * along, 0.5 * length, edge_length_ / kEdgePerRadius));
   }
-}
-
-// The decision hangs on the edge alone: longer than wanted, and the solid's surface may be within the ball that covers any
-// triangle whose longest edge it is. So both triangles at an edge agree, and no triangle that the solid meets from outside
-// stays large. What is wanted grows with the thinnest strut that reaches into that ball. Inside, an edge of moderate length
-// stays whole when its ends and its middle are inside: struts are convex, so all that this can overlook is a notch or a hole
-// narrower than half the edge.
-Index SheetCutter::decide(Index a, Index b) {
-  const double length = (vertices_[b] - vertices_[a]).norm();
-  if (length <= edge_length_) return kWhole;
-  const auto slot = midpoints_.at(a, b);
-  if (!slot.is_new) return slot.value;
-  const Vec3 middle = 0.5 * (vertices_[a] + vertices_[b]);
-  const double radius = kCoveringRadius * length;
-  const auto short_enough = [&](double wanted) {
-    return wanted <= edge_length_ || !solid_.may_be_thinner(middle, radius, wanted / kEdgePerRadius);
+  edge.intervals = intervals(length, edge.step);
+  edge.first_cut = static_cast<Index>(cuts_.size());
+  const int n = edge.intervals;
+  edge_side_.assign(n + 1, kUnknownSide);
+  edge_value_.assign(n + 1, kUnknown);
+  edge_side_[0] = inside(low);
+  edge_side_[n] = inside(high);
+  edge_value_[0] = value_[low];
+  edge_value_[n] = value_[high];
+  sample_edge(start, along / n, 0, n);
+  const auto known_value = [&](int i) {
+    if (std::isnan(edge_value_[i])) edge_value_[i] = solid_.value(start + i * (along / n));
+    return on_side(edge_value_[i], edge_side_[i] == 1);
   };
-  // Points cost less than bounds: where an end is inside, no bound can prove the ball outside.
-  const bool a_inside = inside(a), b_inside = inside(b);
-  std::int8_t middle_side = kUnknownSide;
-  if (a_inside && b_inside) {
-    if (short_enough(length / kInsideEdges)) {
-      middle_side = solid_.inside(middle);
-      if (middle_side == 1) return slot.value = kWhole;
-    }
-  } else if (!a_inside && !b_inside && solid_.surely_outside(middle, radius)) {
-    return slot.value = kOutside;
+  for (int i = 0; i < n; ++i) {
+    if (edge_side_[i] == edge_side_[i + 1]) continue;
+    const int in = edge_side_[i] == 1 ? i : i + 1, out = 2 * i + 1 - in;
+    const Index v = cut_between(start + in * (along / n), known_value(in), start + out * (along / n), known_value(out));
+    const double at = length > 0.0 ? (vertices_[v] - start).norm() / length * n - i : 0.5;
+    cuts_.push_back({(i + std::clamp(at, 1e-9, 1.0 - 1e-9)) / n, v});
   }
-  if (short_enough(length)) return slot.value = kWhole;
-  slot.value = add_vertex(middle);
-  side_.back() = middle_side;
-  return slot.value;
-}
-
-void SheetCutter::refine(const Corners& t, const std::array<Index, 3>& m, int depth) {
-  int splits = 0, last = 0, whole = 0;
-  for (int c = 0; c < 3; ++c) {
-    if (m[c] < 0) {
-      whole = c;
-    } else {
-      last = c;
-      ++splits;
-    }
-  }
-  if (splits == 3) {
-    pending_.insert(pending_.end(), {{{m[0], m[1], m[2]}, depth},
-                                      {{t[2], m[2], m[1]}, depth},
-                                      {{t[1], m[1], m[0]}, depth},
-                                      {{t[0], m[0], m[2]}, depth}});
-  } else if (splits == 1) {
-    const Index a = t[last], b = t[(last + 1) % 3], c = t[(last + 2) % 3];
-    pending_.insert(pending_.end(), {{{m[last], b, c}, depth}, {{a, m[last], c}, depth}});
+  edge.cut_count = static_cast<Index>(cuts_.size()) - edge.first_cut;
+  if (edge.cut_count > 0) {
+    edge.side = EdgeSide::mixed;
   } else {
-    // a -> b is the whole edge, c the corner opposite it.
-    const Index a = t[whole], b = t[(whole + 1) % 3], c = t[(whole + 2) % 3];
-    const Index p = m[(whole + 1) % 3], q = m[(whole + 2) % 3];
-    if ((vertices_[a] - vertices_[p]).squaredNorm() <= (vertices_[b] - vertices_[q]).squaredNorm()) {
-      pending_.insert(pending_.end(), {{{c, q, p}, depth}, {{a, p, q}, depth}, {{a, b, p}, depth}});
-    } else {
-      pending_.insert(pending_.end(), {{{c, q, p}, depth}, {{b, p, q}, depth}, {{a, b, q}, depth}});
+    edge.side = edge_side_[0] == 1 ? EdgeSide::inside : EdgeSide::outside;
+  }
+  edges_.push_back(edge);
+  return edges_.back();
+}
+
+void SheetCutter::sample_edge(const Vec3& start, const Vec3& step, int low, int high) {
+  if (high - low < 2) return;
+  const int middle = (low + high) / 2;
+  const Vec3 centre = start + middle * step;
+  const auto fill = [&](std::int8_t side) {
+    for (int i = low + 1; i < high; ++i) {
+      if (edge_side_[i] == kUnknownSide) edge_side_[i] = side;
+    }
+  };
+  const bool ends_inside = edge_side_[low] == 1 && edge_side_[high] == 1;
+  const bool ends_outside = edge_side_[low] == 0 && edge_side_[high] == 0;
+  if (ends_outside && solid_.surely_outside(centre, 0.5 * (high - low) * step.norm())) return fill(0);
+  edge_value_[middle] = solid_.value(centre);
+  edge_side_[middle] = edge_value_[middle] >= 0.0;
+  if (ends_inside && edge_side_[middle] == 1 && high - low <= kInsideIntervals) return fill(1);
+  sample_edge(start, step, low, middle);
+  sample_edge(start, step, middle, high);
+}
+
+void SheetCutter::add_triangle(const std::array<Index, 3>& t, Index tet) {
+  const Vec3 &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
+  const std::array<double, 3> length = {(b - a).norm(), (c - b).norm(), (a - c).norm()};
+  const int longest = static_cast<int>(std::max_element(length.begin(), length.end()) - length.begin());
+  const Vec3 centre = 0.5 * (vertices_[t[longest]] + vertices_[t[(longest + 1) % 3]]);
+  const double radius = std::max(0.5 * length[longest], (vertices_[t[(longest + 2) % 3]] - centre).norm());
+  const int corners_inside = inside(t[0]) + inside(t[1]) + inside(t[2]);
+  const double area = triangle_area(a, b, c);
+  if (corners_inside == 0 && solid_.surely_outside(centre, radius)) {
+    cut_away_ += area;
+    return;
+  }
+  // A point of the triangle lies in the ball around at least one of its edges.
+  double step = std::numeric_limits<double>::infinity();
+  int n = 1;
+  bool whole = corners_inside == 3 || corners_inside == 0;
+  for (int e = 0; e < 3; ++e) {
+    const Edge& found = edge(t[e], t[(e + 1) % 3]);
+    n = std::max(n, found.intervals);
+    step = std::min(step, found.step);
+    whole = whole && found.side != EdgeSide::mixed;
+  }
+  n = std::max(n, intervals(length[longest], step));
+  start_lattice(t, n);
+  for (int e = 0; e < 3; ++e) take_edge(t, e, edge(t[e], t[(e + 1) % 3]));
+  sample_lattice({0, 0}, {n, 0}, {0, n});
+  whole = whole && std::all_of(lattice_.side.begin(), lattice_.side.end(), [&](std::int8_t s) { return s == lattice_.side[0]; });
+  if (whole) {
+    corners_inside == 3 ? keep(t, tet) : void(cut_away_ += area);
+    return;
+  }
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i + j < n; ++i) {
+      const Index here = lattice_.at(i, j), right = lattice_.at(i + 1, j), up = lattice_.at(i, j + 1);
+      auto& slot = lattice_.crossing;
+      march_cell({{{i, j}, {i + 1, j}, {i, j + 1}}}, {&slot[here][0], &slot[here][2], &slot[here][1]});
+      if (i + j + 2 <= n) march_cell({{{i + 1, j}, {i + 1, j + 1}, {i, j + 1}}}, {&slot[right][1], &slot[up][0], &slot[here][2]});
     }
   }
+  triangulate(tet, area);
 }
 
-// Where the edge from a vertex inside to one outside leaves the solid.
-Index SheetCutter::cut_point(Index inside, Index outside) {
-  const auto slot = cuts_.at(inside, outside);
-  if (slot.is_new) {
-    const Vec3 root =
-        root_between(solid_, vertices_[inside], value(inside), vertices_[outside], value(outside));
-    slot.value = add_vertex(root);
-    side_.back() = 1;
-  }
-  return slot.value;
+void SheetCutter::start_lattice(const Corners& t, int n) {
+  const Vec3 &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
+  lattice_.n = n;
+  lattice_.origin = a;
+  lattice_.u = (b - a) / n;
+  lattice_.v = (c - a) / n;
+  const std::size_t nodes = static_cast<std::size_t>(n + 1) * (n + 2) / 2;
+  lattice_.side.assign(nodes, kUnknownSide);
+  lattice_.value.assign(nodes, kUnknown);
+  lattice_.crossing.assign(nodes, {kNone, kNone, kNone});
+  lattice_.value[lattice_.at(0, 0)] = value_[t[0]];
+  lattice_.value[lattice_.at(n, 0)] = value_[t[1]];
+  lattice_.value[lattice_.at(0, n)] = value_[t[2]];
+
+  const double ab = (b - a).norm(), ac = (c - a).norm();
+  frame_x_ = ab > 0.0 ? Vec3((b - a) / ab) : ac > 0.0 ? Vec3((c - a) / ac) : Vec3(Vec3::UnitX());
+  const Vec3 across = (c - a) - frame_x_ * frame_x_.dot(c - a);
+  const double height = across.norm();
+  frame_y_ = height > 0.0 ? Vec3(across / height) : frame_x_.unitOrthogonal();
+  border_.clear();
+  flat_.clear();
+  fixed_.clear();
+  perimeter_.clear();
 }
 
-// One more root between the cut points p and q of a triangle, on the line from its corner `from` through the middle of pq to
-// the opposite edge: it stays inside the triangle, so neighbours need not know. kNone where the border is straight enough.
-Index SheetCutter::border_point(Index from, Index p, Index q, Index edge_a, Index edge_b) {
-  const Vec3 middle = 0.5 * (vertices_[p] + vertices_[q]);
-  const Vec3& corner = vertices_[from];
-  const Vec3 direction = middle - corner;
-  const double chord = (vertices_[q] - vertices_[p]).norm();
-  const double reach = direction.norm();
-  if (chord <= 4.0 * kFlatBorder_mm || reach <= kFlatBorder_mm) return kNone;
-  const double middle_value = solid_.value(middle);
-  // Towards the corner the line ends there; away from it, just before the opposite edge, or half a chord further.
-  const bool corner_inside = inside(from);
-  const bool towards_corner = corner_inside != (middle_value >= 0.0);
-  Vec3 end = corner + 0.05 * direction;
-  if (!towards_corner) {
-    const Vec3 normal = direction.cross(vertices_[edge_b] - vertices_[edge_a]);
-    const Vec3 side = normal.cross(vertices_[edge_b] - vertices_[edge_a]);  // in the plane, across the opposite edge
-    const double along = side.dot(direction);
-    if (along == 0.0) return kNone;
-    const double to_edge = side.dot(vertices_[edge_a] - middle) / along;
-    if (!(to_edge > 0.0)) return kNone;
-    end = middle + std::min(0.95 * to_edge, 0.5 * chord / reach) * direction;
+// Puts the sides of an edge's nodes and its cuts into the lattice, and its ends and cuts into the perimeter.
+void SheetCutter::take_edge(const Corners& t, int corner, const Edge& edge) {
+  const Index from = t[corner], to = t[(corner + 1) % 3];
+  const int n = lattice_.n;
+  const auto node = [&](int i) -> Node {
+    return corner == 0 ? Node{i, 0} : corner == 1 ? Node{n - i, i} : Node{0, n - i};
+  };
+  const auto slot = [&](int i) -> Index& {
+    return corner == 0   ? lattice_.crossing[lattice_.at(i, 0)][0]
+           : corner == 1 ? lattice_.crossing[lattice_.at(n - i - 1, i)][2]
+                         : lattice_.crossing[lattice_.at(0, n - i - 1)][1];
+  };
+  std::int8_t side = side_[from];
+  perimeter_.push_back({add_border_point(vertices_[from], from, true), side});
+  Index taken = 0;
+  for (int i = 0; i <= n; ++i) {
+    if (taken < edge.cut_count) {
+      const Cut& cut = from < to ? cuts_[edge.first_cut + taken] : cuts_[edge.first_cut + edge.cut_count - 1 - taken];
+      const double at = from < to ? cut.at : 1.0 - cut.at;
+      if (at * n < i) {
+        side = 1 - side;
+        slot(i - 1) = add_border_point(vertices_[cut.vertex], cut.vertex, true);
+        perimeter_.push_back({slot(i - 1), side});
+        ++taken;
+      }
+    }
+    const Node here = node(i);
+    lattice_.side[lattice_.at(here.i, here.j)] = side;
   }
-  const double end_value = solid_.value(end);
-  if ((end_value >= 0.0) == (middle_value >= 0.0)) return kNone;
-  const Vec3 root = middle_value >= 0.0 ? root_between(solid_, middle, middle_value, end, end_value)
-                                        : root_between(solid_, end, end_value, middle, middle_value);
-  if ((root - middle).squaredNorm() < kFlatBorder_mm * kFlatBorder_mm) return kNone;
-  return add_vertex(root);
 }
 
-void SheetCutter::cut(const Corners& t, Index tet) {
-  int count = 0;
-  std::array<bool, 3> in{};
-  for (int c = 0; c < 3; ++c) {
-    in[c] = inside(t[c]);
-    count += in[c];
+// The corners of pqr are known; they are equally far apart along the lattice.
+void SheetCutter::sample_lattice(Node p, Node q, Node r) {
+  const int size = std::max({std::abs(q.i - p.i), std::abs(q.j - p.j)});
+  if (size < 2) return;
+  const auto side = [&](Node node) -> std::int8_t& { return lattice_.side[lattice_.at(node.i, node.j)]; };
+  const auto fill = [&](std::int8_t as) {
+    for (int b = 0; b <= size; ++b) {
+      for (int c = 0; b + c <= size; ++c) {
+        std::int8_t& here = side({p.i + (b * (q.i - p.i) + c * (r.i - p.i)) / size, p.j + (b * (q.j - p.j) + c * (r.j - p.j)) / size});
+        if (here == kUnknownSide) here = as;
+      }
+    }
+  };
+  const int corners_inside = side(p) + side(q) + side(r);
+  if (corners_inside == 0 && size > 2) {
+    const Vec3 a = lattice_.position(p.i, p.j), b = lattice_.position(q.i, q.j), c = lattice_.position(r.i, r.j);
+    const Vec3 centre = (a + b + c) / 3.0;
+    const double radius = std::sqrt(std::max({(a - centre).squaredNorm(), (b - centre).squaredNorm(), (c - centre).squaredNorm()}));
+    if (solid_.surely_outside(centre, radius)) return fill(0);
   }
-  if (count == 3) {
-    keep(t, tet);
-    return;
+  const auto middle = [](Node x, Node y) -> Node { return {(x.i + y.i) / 2, (x.j + y.j) / 2}; };
+  const Node pq = middle(p, q), qr = middle(q, r), rp = middle(r, p);
+  for (const Node& node : {pq, qr, rp}) {
+    if (side(node) == kUnknownSide) side(node) = lattice_value(node) >= 0.0;
   }
-  if (count == 0) {
-    cut_away_ += area(t);
-    return;
+  if (size <= kInsideIntervals && corners_inside + side(pq) + side(qr) + side(rp) == 6) return fill(1);
+  sample_lattice(p, pq, rp);
+  sample_lattice(pq, q, qr);
+  sample_lattice(rp, qr, r);
+  sample_lattice(qr, rp, pq);
+}
+
+double SheetCutter::lattice_value(Node node) {
+  double& known = lattice_.value[lattice_.at(node.i, node.j)];
+  if (std::isnan(known)) known = solid_.value(lattice_.position(node.i, node.j));
+  return known;
+}
+
+Index SheetCutter::add_border_point(const Vec3& position, Index vertex, bool fixed) {
+  border_.push_back({position, vertex, kNone});
+  const Vec3 offset = position - lattice_.origin;
+  flat_.emplace_back(offset.dot(frame_x_), offset.dot(frame_y_));
+  fixed_.push_back(fixed);
+  return static_cast<Index>(border_.size()) - 1;
+}
+
+Index SheetCutter::crossing(Node inside, Node outside, Index& slot) {
+  if (slot != kNone) return slot;
+  const Vec3 a = lattice_.position(inside.i, inside.j), b = lattice_.position(outside.i, outside.j);
+  const double value_a = lattice_value(inside), value_b = lattice_value(outside);
+  double t = 0.5;
+  if (value_a >= 0.0 && value_b < 0.0) {
+    t = (root_between(solid_, a, value_a, b, value_b) - a).norm() / (b - a).norm();
+  } else {  // a node that counts as what its neighbours are: the border passes beside it
+    t = value_a < 0.0 ? kBesideNode : 1.0 - kBesideNode;
   }
-  // Turn the triangle so that the corner that is alone on its side comes first.
+  // Never at a node, where borders would touch each other or the triangle's edge.
+  t = std::clamp(t, kOffNode, 1.0 - kOffNode);
+  return slot = add_border_point(a + t * (b - a), kNone, false);
+}
+
+// The cases N = 0 .. 3 of one cell of the lattice; slot[c] belongs to the side from node[c] to the next.
+void SheetCutter::march_cell(const std::array<Node, 3>& node, const std::array<Index*, 3>& slot) {
+  std::array<std::int8_t, 3> side{};
+  for (int c = 0; c < 3; ++c) side[c] = lattice_.side[lattice_.at(node[c].i, node[c].j)];
+  const int count = side[0] + side[1] + side[2];
+  if (count == 0 || count == 3) return;
+  const int alone = side[0] != side[1] && side[0] != side[2] ? 0 : side[1] != side[0] && side[1] != side[2] ? 1 : 2;
+  const int after = (alone + 1) % 3, before = (alone + 2) % 3;
   const bool alone_inside = count == 1;
-  const int first = in[0] == alone_inside && in[1] != alone_inside && in[2] != alone_inside ? 0
-                    : in[1] == alone_inside && in[2] != alone_inside                        ? 1
-                                                                                            : 2;
-  const Index a = t[first], b = t[(first + 1) % 3], c = t[(first + 2) % 3];
-  const Index p = alone_inside ? cut_point(a, b) : cut_point(b, a);
-  const Index q = alone_inside ? cut_point(a, c) : cut_point(c, a);
-  const Index r = border_point(a, p, q, b, c);
+  const auto cross = [&](int other, Index& at) {
+    return alone_inside ? crossing(node[alone], node[other], at) : crossing(node[other], node[alone], at);
+  };
+  Index from = cross(after, *slot[alone]), to = cross(before, *slot[before]);
+  if (!alone_inside) std::swap(from, to);
+  bow(from, to, node);
+}
 
-  std::array<Corners, 2> tip{};   // between a and the border
-  std::array<Corners, 3> base{};  // between the border and bc
-  int tips = 0, bases = 0;
-  if (r == kNone) {
-    tip[tips++] = {a, p, q};
-    if ((vertices_[p] - vertices_[c]).squaredNorm() <= (vertices_[q] - vertices_[b]).squaredNorm()) {
-      base[bases++] = {p, b, c};
-      base[bases++] = {p, c, q};
-    } else {
-      base[bases++] = {p, b, q};
-      base[bases++] = {b, c, q};
-    }
-  } else {
-    tip[tips++] = {a, p, r};
-    tip[tips++] = {a, r, q};
-    base[bases++] = {p, b, r};
-    base[bases++] = {b, c, r};
-    base[bases++] = {c, q, r};
+// The border between two crossings of a cell: halved where the surface leaves the chord by more than a little.
+void SheetCutter::bow(Index from, Index to, const std::array<Node, 3>& node) {
+  const Index between = point_beside(from, to, node);
+  if (between == kNone) {
+    border_[from].next = to;
+    return;
   }
-  for (int i = 0; i < tips; ++i) alone_inside ? keep(tip[i], tet) : void(cut_away_ += area(tip[i]));
-  for (int i = 0; i < bases; ++i) alone_inside ? void(cut_away_ += area(base[i])) : keep(base[i], tet);
+  const Vec3 middle = 0.5 * (border_[from].position + border_[to].position);
+  // Half as long, a chord is left by a quarter.
+  if ((border_[between].position - middle).norm() < 4.0 * kFlatBorder_mm) {
+    border_[from].next = between;
+    border_[between].next = to;
+  } else {
+    bow(from, between, node);
+    bow(between, to, node);
+  }
+}
+
+// A point of the surface beside the middle of the border between two others; kNone where that is straight enough.
+Index SheetCutter::point_beside(Index from, Index to, const std::array<Node, 3>& node) {
+  const Vec3 chord = border_[to].position - border_[from].position;
+  const double length = chord.norm();
+  if (length <= 4.0 * kFlatBorder_mm) return kNone;
+  const Vec3 middle = 0.5 * (border_[from].position + border_[to].position);
+  const double at_middle = solid_.value(middle);
+  // Across the chord the solid changes about as it does over the cell.
+  const Vec3 across = chord.dot(frame_y_) / length * frame_x_ - chord.dot(frame_x_) / length * frame_y_;  // out of the solid
+  double slope = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const double beside = (lattice_.position(node[c].i, node[c].j) - middle).dot(across);
+    const double change = at_middle - lattice_value(node[c]);
+    if (beside != 0.0) slope = std::max(slope, change / beside);
+  }
+  if (!(slope > 0.0)) return kNone;
+  const double guess = at_middle / slope;
+  if (std::abs(guess) < 0.5 * kFlatBorder_mm) return kNone;
+  const double reach = std::clamp(1.5 * guess, -0.5 * length, 0.5 * length);
+  const Vec3 end = middle + reach * across;
+  const double at_end = solid_.value(end);
+  if ((at_end >= 0.0) == (at_middle >= 0.0)) return kNone;
+  const Vec3 root = middle + at_middle / (at_middle - at_end) * reach * across;
+  if ((root - middle).squaredNorm() < kFlatBorder_mm * kFlatBorder_mm) return kNone;
+  const Vec3 offset = root - lattice_.origin;
+  // Inside the triangle, so that its neighbours need not know.
+  const Vec2 p(offset.dot(frame_x_), offset.dot(frame_y_));
+  const Vec2 b(lattice_.n * lattice_.u.dot(frame_x_), 0.0), c(lattice_.n * lattice_.v.dot(frame_x_), lattice_.n * lattice_.v.dot(frame_y_));
+  const double right = p.y(), whole = b.x() * c.y(), left = c.x() * p.y() - c.y() * p.x();
+  if (!(right > 0.0 && -left > 0.0 && right * b.x() - left < whole)) return kNone;
+  return add_border_point(root, kNone, false);
+}
+
+void SheetCutter::triangulate(Index tet, double area) {
+  for (std::size_t i = 0; i < perimeter_.size(); ++i) {
+    if (perimeter_[i][1]) border_[perimeter_[i][0]].next = perimeter_[(i + 1) % perimeter_.size()][0];
+  }
+  std::vector<Loop> loops;
+  for (std::size_t start = 0; start < border_.size(); ++start) {
+    Loop loop;
+    for (Index i = static_cast<Index>(start); border_[i].next != kNone;) {
+      loop.push_back(i);
+      i = std::exchange(border_[i].next, kNone);
+    }
+    simplify_loop(flat_, fixed_, kBorderTolerance_mm, loop);
+    if (loop.size() < 3) continue;
+    area -= loop_area(flat_, loop);
+    loops.push_back(std::move(loop));
+  }
+  cut_away_ += area;
+  for (const auto& t : triangulate_loops(flat_, std::move(loops))) {
+    Corners corners{};
+    for (int c = 0; c < 3; ++c) {
+      BorderPoint& point = border_[t[c]];
+      if (point.vertex == kNone) point.vertex = add_vertex(point.position);
+      corners[c] = point.vertex;
+    }
+    keep(corners, tet);
+  }
 }
 
 }  // namespace curvesup

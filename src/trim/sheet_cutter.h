@@ -6,10 +6,16 @@
 
 #include "curvesup/solid/solid.h"
 #include "trim/edge_map.h"
+#include "trim/polygon.h"
 
 namespace curvesup {
 
-// Refines the triangles of one sheet where the solid's surface passes and keeps what lies inside.
+// Keeps what of the triangles of one sheet lies inside the solid. A triangle that is all inside stays as it is. Where the
+// solid's surface passes, the triangle is sampled at a lattice, the border runs from root to root of the solid between
+// samples, points that hardly bend it are left out, and the region inside it is triangulated anew.
+//
+// What happens on an edge is decided by the edge alone, and its cut points are made once: so the two triangles at an edge
+// agree, and a sheet stays without cracks.
 class SheetCutter {
  public:
   SheetCutter(const Solid& solid, double edge_length_mm) : solid_(solid), edge_length_(edge_length_mm) {}
@@ -18,8 +24,8 @@ class SheetCutter {
   Index add_vertex(const Vec3& position);
   // Adds what of the triangle lies inside. Its parts get the same tet.
   void add_triangle(const std::array<Index, 3>& corners, Index tet);
-  // Whether any point between two vertices may be inside the solid; never wrongly false.
-  [[nodiscard]] bool may_be_inside(Index a, Index b) const;
+  // Whether a part of the edge between two vertices lies inside, so that the sheet goes on beyond it.
+  [[nodiscard]] bool is_inside_anywhere(Index a, Index b) { return edge(a, b).side != EdgeSide::outside; }
 
   [[nodiscard]] const std::vector<Vec3>& vertices() const { return vertices_; }
   [[nodiscard]] const std::vector<std::array<Index, 3>>& triangles() const { return triangles_; }
@@ -28,34 +34,80 @@ class SheetCutter {
 
  private:
   using Corners = std::array<Index, 3>;
-  struct Pending {
-    Corners corners;
-    int depth;
+  enum class EdgeSide : std::uint8_t { outside, inside, mixed };
+  // Between its cuts an edge lies on one side.
+  struct Edge {
+    EdgeSide side = EdgeSide::outside;
+    double step = 0.0;  // wanted length of an interval, here and in its triangles
+    int intervals = 1;  // at whose ends it was sampled; a power of two
+    Index first_cut = 0, cut_count = 0;
   };
-  [[nodiscard]] double area(const Corners& t) const;
+  struct Cut {
+    double at;  // in (0, 1), from the end with the lower id
+    Index vertex;
+  };
+  // A point of the border inside the triangle that is being cut, or a cut or corner of it.
+  struct BorderPoint {
+    Vec3 position;
+    Index vertex;  // kNone: not in the sheet yet
+    Index next;    // along the border, the inside on the left
+  };
+
+  static constexpr std::int8_t kUnknownSide = -1;
+  // Samples at the nodes (i, j) of a triangle's lattice, i + j <= n, and the border points between neighbours.
+  struct Lattice {
+    int n = 1;
+    Vec3 origin, u, v;  // corner A, and AB / n and AC / n
+    std::vector<std::int8_t> side;
+    std::vector<double> value;                  // NaN: not asked for yet
+    std::vector<std::array<Index, 3>> crossing;  // towards (i + 1, j), (i, j + 1), and between these two
+    [[nodiscard]] Index at(int i, int j) const { return j * (2 * n + 3 - j) / 2 + i; }
+    [[nodiscard]] Vec3 position(int i, int j) const { return origin + i * u + j * v; }
+  };
+  struct Node {
+    int i, j;
+  };
+
   double value(Index vertex);
   bool inside(Index vertex);
-  // What becomes of an edge: the id of its midpoint where it has to be split, else one of the two below.
-  static constexpr Index kWhole = -1;    // short enough, or inside
-  static constexpr Index kOutside = -2;  // and so is any triangle whose longest edge it is
-  Index decide(Index a, Index b);
-  void refine(const Corners& t, const std::array<Index, 3>& midpoints, int depth);
-  void cut(const Corners& t, Index tet);
-  Index cut_point(Index inside, Index outside);
-  Index border_point(Index from, Index p, Index q, Index edge_a, Index edge_b);
+  [[nodiscard]] static int intervals(double length, double step);
+  const Edge& edge(Index a, Index b);
+  void sample_edge(const Vec3& start, const Vec3& along, int low, int high);
+  Index cut_between(const Vec3& inside, double inside_value, const Vec3& outside, double outside_value);
+
+  void start_lattice(const Corners& t, int n);
+  void take_edge(const Corners& t, int corner, const Edge& edge);
+  void sample_lattice(Node p, Node q, Node r);
+  double lattice_value(Node node);
+  Index add_border_point(const Vec3& position, Index vertex, bool fixed);
+  Index crossing(Node inside, Node outside, Index& slot);
+  void march_cell(const std::array<Node, 3>& node, const std::array<Index*, 3>& slot);
+  void bow(Index from, Index to, const std::array<Node, 3>& node);
+  Index point_beside(Index from, Index to, const std::array<Node, 3>& node);
+  void triangulate(Index tet, double area);
   void keep(const Corners& t, Index tet);
 
   const Solid& solid_;
   double edge_length_;
   std::vector<Vec3> vertices_;
-  static constexpr std::int8_t kUnknownSide = -1;
-  std::vector<double> value_;       // NaN: not asked for yet
-  std::vector<std::int8_t> side_;   // 1 inside, 0 outside
+  std::vector<double> value_;      // NaN: not asked for yet
+  std::vector<std::int8_t> side_;  // 1 inside, 0 outside
   std::vector<std::array<Index, 3>> triangles_;
   std::vector<Index> triangle_tet_;
-  std::vector<Pending> pending_;
-  EdgeMap midpoints_, cuts_;
+  EdgeMap edge_of_;
+  std::vector<Edge> edges_;
+  std::vector<Cut> cuts_;
   double cut_away_ = 0.0;
+
+  // Of the edge and the triangle at hand.
+  std::vector<std::int8_t> edge_side_;
+  std::vector<double> edge_value_;
+  Lattice lattice_;
+  Vec3 frame_x_ = Vec3::UnitX(), frame_y_ = Vec3::UnitY();
+  std::vector<BorderPoint> border_;
+  std::vector<Vec2> flat_;
+  std::vector<char> fixed_;
+  std::vector<std::array<Index, 2>> perimeter_;  // border point, and whether the edge after it is inside
 };
 
 }  // namespace curvesup

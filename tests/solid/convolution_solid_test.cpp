@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "curvesup/core/error.h"
@@ -146,12 +147,14 @@ TEST(ConvolutionSolid, FastAnswersAgreeWithTheSlowOnes) {
       ASSERT_EQ(solid.surely_outside(p, radius), bounds.high < 0.0);
     }
     outside += bounds.high < 0.0;
-    bool thinner = false;
+    double thinnest = std::numeric_limits<double>::infinity();
     for (const Strut& s : struts) {
-      thinner = thinner || (s.radius_mm < 1.2 &&
-                            (closest_point_on_segment(p, s.a, s.b) - p).norm() < radius + 1.5 * s.radius_mm);
+      if ((closest_point_on_segment(p, s.a, s.b) - p).norm() < radius + 1.5 * s.radius_mm) thinnest = std::min(thinnest, s.radius_mm);
     }
-    ASSERT_EQ(solid.may_be_thinner(p, radius, 1.2), thinner);
+    const double bound = solid.thinnest_radius(p, radius, 1.2);
+    const bool thinner = thinnest <= 1.2;
+    ASSERT_EQ(bound <= 1.2, thinner);
+    ASSERT_TRUE(thinner || bound <= thinnest * (1.0 + 1e-12));
     thick += !thinner;
   }
   EXPECT_GT(inside, 500);

@@ -23,7 +23,7 @@ struct Strut {
 
 // The struts of a skeleton: leaf edges reach one radius past their leaf and platform ends one radius below the
 // platform, so that the first and the last layer have the full radius; neighbours of one radius are joined while no node
-// between them lies off the joined strut by more than half a percent of the radius. A trunk that ends on the model ends
+// between them lies off the joined strut by more than two percent of the radius. A trunk that ends on the model ends
 // earlier, so that its surface reaches past the model end no further than that of the thinnest strut would: what reaches
 // beside a thin part of the model would be laid on air. O(edges).
 [[nodiscard]] std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio = 1.5);
@@ -43,8 +43,8 @@ class ConvolutionSolid : public Solid {
   [[nodiscard]] Bounds bounds(const Vec3& centre, double radius) const override;
   [[nodiscard]] bool inside(const Vec3& p) const override;
   [[nodiscard]] bool surely_outside(const Vec3& centre, double radius) const override;
-  // Thinner is a strut of a smaller radius whose kernel reaches into the ball.
-  [[nodiscard]] bool may_be_thinner(const Vec3& centre, double radius, double thickness_radius) const override;
+  // The smallest strut radius among the kernels that reach into the ball.
+  [[nodiscard]] double thinnest_radius(const Vec3& centre, double radius, double enough) const override;
 
   // The same function by a loop over all struts.
   [[nodiscard]] double plain_value(const Vec3& p) const;
@@ -54,13 +54,14 @@ class ConvolutionSolid : public Solid {
   [[nodiscard]] const Vec3& high() const { return high_; }
 
  private:
-  struct Kernel {
+  struct alignas(64) Kernel {  // one cache line
     Vec3 a, direction;
-    double length, reach, reach2, scale;  // R, R^2, w (2 / R)^4
-    [[nodiscard]] double contribution(double distance2, double along) const;
+    double length, reach;  // R
+    // F_e for a point at distance sqrt(distance2) from the strut's line, `along` from its start; scale = 16 w.
+    [[nodiscard]] double contribution(double distance2, double along, double scale) const;
     [[nodiscard]] double distance2(const Vec3& p) const;  // from the strut
-    [[nodiscard]] double most_in_ball(const Vec3& centre, double radius) const;
-    [[nodiscard]] double at(const Vec3& p) const;
+    [[nodiscard]] double most_in_ball(const Vec3& centre, double radius, double scale) const;
+    [[nodiscard]] double at(const Vec3& p, double scale) const;
   };
   // Which struts can contribute anywhere in a cell, or within `margin` of it.
   struct Grid {
@@ -93,7 +94,7 @@ class ConvolutionSolid : public Solid {
   std::vector<Foot> feet_;
   std::vector<Grid> grids_;  // [0] for value(), then ever coarser ones for bounds()
   Vec3 low_ = Vec3::Zero(), high_ = Vec3::Zero();
-  double kernel_ratio_ = 1.5;
+  double kernel_ratio_ = 1.5, scale_ = 0.0;  // kappa and 16 w
 };
 
 }  // namespace curvesup

@@ -23,10 +23,9 @@ class Solid {
   [[nodiscard]] virtual bool surely_outside(const Vec3& centre, double radius) const {
     return bounds(centre, radius).high < 0.0;
   }
-  // Whether a part of the solid with a smaller radius than `thickness_radius` may lie in the ball; never wrongly false.
-  [[nodiscard]] virtual bool may_be_thinner(const Vec3& /*centre*/, double /*radius*/, double /*thickness_radius*/) const {
-    return true;
-  }
+  // No part of the solid with a smaller radius than this lies in the ball. 0 where nothing is known; the search may end as
+  // soon as the answer is known to be `enough` or less.
+  [[nodiscard]] virtual double thinnest_radius(const Vec3& /*centre*/, double /*radius*/, double /*enough*/) const { return 0.0; }
 };
 
 }  // namespace curvesup

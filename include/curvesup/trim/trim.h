@@ -11,8 +11,8 @@
 namespace curvesup {
 
 struct TrimOptions {
-  // Longest triangle edge where the solid's surface passes, or half the radius of the thinnest strut that reaches there
-  // where that is more. Cut points lie on the surface whatever this is; it bounds how far the border runs straight.
+  // Longest step between samples of the solid, or 0.4 times the radius of the thinnest strut that reaches there where that
+  // is more. Cut points lie on the surface whatever this is.
   double edge_length_mm = 0.4;
   double min_piece_area_mm2 = 0.32;  // smaller pieces are removed and listed; half a squared bead
   // Support thicker than this is laid in passes; 0: 1.2 times the model's median thickness.
@@ -61,11 +61,11 @@ struct TrimResult {
 };
 
 // Cuts the support's layers by the solid (paper, equation 2 and the cases N = 0..3 of its trimming step). A triangle is
-// skipped only when the solid's interval bound proves it outside; else it is refined, by a rule that looks at each edge alone,
-// so that neighbours agree and a sheet stays without cracks. Inside, edges of up to four times that length stay whole when
-// their ends and middles are inside: a notch or hole narrower than half such an edge can be printed over, no strut can be
-// missed. Cut points are roots of the solid along an
-// edge, shared by its two triangles; the border between two of them gets one more root. Inside is value >= 0.
+// skipped only when the solid's interval bound proves it outside; else it is sampled at a lattice. A triangle that is all
+// inside stays whole; inside, samples up to four steps apart stand for what lies between when their middle is inside too: a
+// notch or hole narrower than that can be printed over, no strut can be missed. Cut points are roots of the solid, those on
+// an edge decided by the edge alone and shared by its two triangles, so that a sheet stays without cracks. Between them the
+// border follows the surface within 0.01 mm, and what it encloses of the triangle is triangulated anew. Inside is value >= 0.
 //
 // Support thicker than max_height_mm is laid in m passes at G = (k + (j + 1/2) / m) / N. One m holds for a whole connected
 // region of the slab k / N <= G < (k + 1) / N: the pieces of the layer k + 1/2 and all pieces of the passes that lie over or

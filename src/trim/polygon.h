@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "curvesup/core/types.h"
+
+namespace curvesup {
+
+using Vec2 = Eigen::Vector2d;
+// Ids into a list of points; closed, the region on its left: outer loops run counter-clockwise, holes clockwise.
+using Loop = std::vector<Index>;
+
+[[nodiscard]] double loop_area(std::span<const Vec2> points, const Loop& loop);
+
+// Removes points that lie within `tolerance` of the straight line between those that stay. Points for
+// which `fixed` is true stay. What is left of a loop without area may have fewer than three points.
+void simplify_loop(std::span<const Vec2> points, const std::vector<char>& fixed, double tolerance, Loop& loop);
+
+// Triangles that fill the region of the loops, counter-clockwise, well shaped ones preferred (ear clipping, holes joined to
+// their outer loop by bridges). Every point of a loop is a corner. Where loops touch or cross by rounding, triangles
+// without area make up for it. O(n^2) for n points.
+[[nodiscard]] std::vector<std::array<Index, 3>> triangulate_loops(std::span<const Vec2> points, std::vector<Loop> loops);
+
+}  // namespace curvesup
