@@ -14,7 +14,11 @@ struct BeadPath {
 // Height of a bead of the given thickness whose middle is at `position`: to the platform where that is nearer.
 [[nodiscard]] double clipped_height(double thickness, const Vec3& position, const Vec3& normal);
 
-// Joins segments while the track stays straight and the layer equally thick, and gives each its height and volume.
-[[nodiscard]] BeadPath lay_beads(const PieceMesh& mesh, const Track& track);
+// Joins segments while the track stays straight, the layer equally thick and the normal turns evenly, and notes the mean
+// thickness under each. On irregular triangles segments stay short, so that their widths can follow the piece.
+void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track& track);
+
+// Gives each segment of a thinned track its height and volume.
+[[nodiscard]] BeadPath lay_beads(const Track& track);
 
 }  // namespace curvesup::toolpath

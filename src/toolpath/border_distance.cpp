@@ -4,11 +4,17 @@
 #include <cmath>
 #include <limits>
 
+#include "curvesup/mesh/triangle_mesh.h"
+
 namespace curvesup::toolpath {
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr int kRefineRounds = 6;
+constexpr double kOneFrontCosine = 0.5;  // vertices whose ways to the border differ by less lie on one front
+constexpr double kKinkCosine = 0.8;      // two that meet at more than this angle have a kink between them
+constexpr double kKinkSlack = 0.02;      // of the edge's length
+constexpr double kSmoothSlope = 0.5;     // slopes at an edge's ends that are farther off its mean slope are not believed
 
 // Turns x, which is perpendicular to the unit vector a, by the smallest rotation that takes a to the unit vector b.
 Vec3 turned(const Vec3& x, const Vec3& a, const Vec3& b) {
@@ -37,10 +43,15 @@ Vec3 rotated(const Vec3& x, const Vec3& axis, double c, double s) { return c * x
 BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) : mesh_(std::move(mesh)) {
   fronts_.resize(mesh_.vertices.size());
   collect_border();
+  near_ = options.unrolled_mm;
   propagate(true);
+  march();
   bool refined = false;
   for (int round = 0; round < kRefineRounds && refine(options); ++round) refined = true;
-  if (refined) propagate(false);
+  if (refined) {
+    propagate(false);
+    march();
+  }
   edges_ = make_edges(mesh_);
 }
 
@@ -57,10 +68,12 @@ void BorderDistance::collect_border() {
   }
   const std::size_t n = from.size();
   if (n == 0) {  // a closed surface: rings around its first vertex
-    border_ = {{0}, {0}, {0.0}, {1.0}, {0.0}};
+    border_ = {{0}, {0}, {0}, {0}, {0.0}, {1.0}, {0.0}};
     fronts_[0] = {.start = Vec3::Zero(), .tangent = Vec3::UnitX(), .distance = 0.0, .edge = 0};
     return;
   }
+  border_.from = from;
+  border_.to = to;
   border_.next.resize(n);
   border_.previous.resize(n);
   border_.length.resize(n);
@@ -95,6 +108,7 @@ void BorderDistance::collect_border() {
 }
 
 Vec3 BorderDistance::to_border(const Front& front) const {
+  if (front.wave) return front.distance * front.tangent;
   const double along = std::clamp(-front.start.dot(front.tangent), 0.0, border_.length[front.edge]);
   return front.start + along * front.tangent;
 }
@@ -131,10 +145,25 @@ Front BorderDistance::seen_from(Index vertex, const Vec3& offset, const Vec3& no
   const Vec3 between = middle_normal(mesh_.normals[vertex], normal);
   const Vec3 step = turned(laid_flat(offset, between), between, normal);
   Front front = fronts_[vertex];
+  if (front.wave) {
+    front.tangent = turned(front.tangent, mesh_.normals[vertex], normal);
+    front.distance -= front.tangent.dot(step);
+    return front;
+  }
   front.start = turned(front.start, mesh_.normals[vertex], normal) - step;
   front.tangent = turned(front.tangent, mesh_.normals[vertex], normal);
   slide(front, normal);
   return front;
+}
+
+// No way along the surface is shorter than the straight line in space to the same border edge.
+void BorderDistance::keep_above_chord(Front& front, Index vertex) const {
+  const Vec3 &a = mesh_.vertices[border_.from[front.edge]], &b = mesh_.vertices[border_.to[front.edge]];
+  const Vec3& here = mesh_.vertices[vertex];
+  const double chord = (closest_point_on_segment(here, a, b) - here).norm();
+  if (chord <= front.distance + 1e-9 || front.distance <= 0.0) return;
+  front.start += to_border(front) * (chord / front.distance - 1.0);
+  front.distance = chord;
 }
 
 void BorderDistance::propagate(bool from_border) {
@@ -170,6 +199,7 @@ void BorderDistance::propagate(bool from_border) {
   // once in the first pass and improved a few times in the second.
   std::vector<std::uint8_t> changes_left(n, from_border ? 255 : 3);
   const auto relax_from = [&](Index v) {
+    if (fronts_[v].wave || fronts_[v].distance > near_) return;
     for (Index k = first[v]; k < first[v + 1]; ++k) {
       const Index w = around[k];
       // No neighbour can be nearer than by the length of the edge; the slack covers what curvature adds.
@@ -177,6 +207,8 @@ void BorderDistance::propagate(bool from_border) {
       const double reach = offset.norm() * 1.05 + 1e-9;
       if (changes_left[w] == 0 || fronts_[w].distance <= fronts_[v].distance - reach || fronts_[w].distance == 0.0) continue;
       Front front = seen_from(v, offset, mesh_.normals[w]);
+      keep_above_chord(front, w);
+      if (fronts_[w].wave && front.distance <= near_) fronts_[w] = Front{.distance = kFar};
       if (front.distance < fronts_[w].distance - 1e-6 && (front.distance >= fronts_[v].distance - reach || fronts_[w].edge == kNone)) {
         fronts_[w] = front;
         --changes_left[w];
@@ -201,6 +233,117 @@ void BorderDistance::propagate(bool from_border) {
   }
 }
 
+// Distances beyond `near_`, handed on across triangles: along an edge between two vertices of one front the distance is the
+// cubic through their values and slopes, and the third corner lies at the end of the straight line that comes first.
+// A value is never below those that it was made from, so no error grows, however rough the surface.
+void BorderDistance::march() {
+  const Index n = static_cast<Index>(mesh_.vertices.size());
+  std::vector<char> fixed(n, 0);
+  for (Index v = 0; v < n; ++v) {
+    fixed[v] = !fronts_[v].wave && fronts_[v].distance <= near_;
+    if (!fixed[v]) fronts_[v] = Front{.distance = kFar, .wave = true};
+  }
+  std::vector<Index> first(n + 1, 0);
+  for (const auto& corners : mesh_.triangles) {
+    for (const Index v : corners) ++first[v + 1];
+  }
+  for (Index v = 0; v < n; ++v) first[v + 1] += first[v];
+  std::vector<Index> around(first[n]), fill(first.begin(), first.end() - 1);
+  for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+    for (const Index v : mesh_.triangles[t]) around[fill[v]++] = static_cast<Index>(t);
+  }
+  struct Entry {
+    double distance;
+    Index vertex;
+  };
+  const auto later = [](const Entry& x, const Entry& y) {
+    return x.distance != y.distance ? x.distance > y.distance : x.vertex > y.vertex;
+  };
+  std::vector<Entry> heap;
+  constexpr std::uint8_t kMostChanges = 20;
+  constexpr double kGain = 1e-5;  // mm
+  std::vector<std::uint8_t> changes(n, 0);
+  const auto offer = [&](Index vertex, double distance, const Vec3& from, Index source) {
+    Front& held = fronts_[vertex];
+    if (fixed[vertex] || changes[vertex] == kMostChanges || !(distance < held.distance - kGain)) return;
+    const Vec3& normal = mesh_.normals[vertex];
+    Vec3 direction = from - normal * normal.dot(from);
+    // So near the source that its own direction is better than that of the step.
+    if (from.norm() < 100.0 * kGain || direction.norm() < 1e-9) direction = turned(to_border(fronts_[source]), mesh_.normals[source], normal);
+    const double length = direction.norm();
+    held.tangent = length > 1e-9 ? Vec3(direction / length) : Vec3(normal.unitOrthogonal());
+    held.distance = distance;
+    ++changes[vertex];
+    heap.push_back({distance, vertex});
+    std::push_heap(heap.begin(), heap.end(), later);
+  };
+  const auto cross = [&](Index a, Index b, Index c, bool on_border) {
+    const Front &at_a = fronts_[a], &at_b = fronts_[b];
+    if (fixed[c] || fronts_[c].distance <= std::min(at_a.distance, at_b.distance)) return;
+    const Vec3 edge = mesh_.vertices[b] - mesh_.vertices[a], side = mesh_.vertices[c] - mesh_.vertices[a];
+    const double length = edge.norm();
+    offer(c, at_a.distance + side.norm(), -side, a);
+    if (at_b.distance == kFar) return;
+    offer(c, at_b.distance + (side - edge).norm(), edge - side, b);
+    if (length < 1e-9) return;
+    if (at_a.distance == 0.0 && at_b.distance == 0.0 && !on_border) return;  // a chord, along which the distance is not 0
+    const double along = side.dot(edge) / length, height = std::sqrt(std::max(0.0, side.squaredNorm() - along * along));
+    // The shortest way from c to the part of the edge in [low, high], where the distance is value + slope x + p x^2 + q x^3.
+    const auto shoot = [&](double value, double slope, double p, double q, double low, double high) {
+      if (low >= high) return;
+      const double chord = slope + (high + low) * p + (high * high + high * low + low * low) * q;
+      if (std::abs(chord) >= 1.0) return;
+      double x = std::clamp(along - chord * height / std::sqrt(1.0 - chord * chord), low, high);
+      for (int i = 0; i < 3 && (p != 0.0 || q != 0.0); ++i) {
+        const double reach = std::sqrt((x - along) * (x - along) + height * height);
+        if (reach < 1e-12) return;
+        const double bend = 2.0 * p + 6.0 * q * x + height * height / (reach * reach * reach);
+        if (bend <= 0.0) break;
+        x = std::clamp(x - (slope + x * (2.0 * p + 3.0 * q * x) + (x - along) / reach) / bend, low, high);
+      }
+      const double there = value + x * (slope + x * (p + x * q));
+      if (there >= std::min(at_a.distance, at_b.distance)) {
+        offer(c, there + std::sqrt((x - along) * (x - along) + height * height), edge * (x / length) - side, a);
+      }
+    };
+    const double mean_slope = (at_b.distance - at_a.distance) / length;
+    if (at_a.distance == 0.0 || at_b.distance == 0.0) return shoot(at_a.distance, mean_slope, 0.0, 0.0, 0.0, length);
+    const Vec3 to_a = to_border(at_a) / at_a.distance, to_b = to_border(at_b) / at_b.distance;
+    const double slope_a = -to_a.dot(laid_flat(edge, mesh_.normals[a])) / length;
+    const double slope_b = -to_b.dot(laid_flat(edge, mesh_.normals[b])) / length;
+    const double reach = kKinkSlack * length;  // an end may lie on the kink itself
+    const double kink = (at_b.distance - at_a.distance - slope_b * length) / (slope_a - slope_b);
+    if (to_a.dot(to_b) < kKinkCosine && slope_a > slope_b && kink > -reach && kink < length + reach) {  // two fronts meet
+      shoot(at_a.distance, slope_a, 0.0, 0.0, 0.0, std::min(kink, length));
+      shoot(at_b.distance - slope_b * length, slope_b, 0.0, 0.0, std::max(kink, 0.0), length);
+    } else if (std::abs(slope_a - mean_slope) + std::abs(slope_b - mean_slope) < kSmoothSlope) {
+      const double p = (3.0 * mean_slope - 2.0 * slope_a - slope_b) / length;
+      const double q = (slope_a + slope_b - 2.0 * mean_slope) / (length * length);
+      shoot(at_a.distance, slope_a, p, q, 0.0, length);
+    } else if (slope_a < slope_b) {  // fronts that part: the chord lies above the distance
+      shoot(at_a.distance, mean_slope, 0.0, 0.0, 0.0, length);
+    }
+  };
+  const auto hand_on = [&](Index v) {
+    for (Index k = first[v]; k < first[v + 1]; ++k) {
+      const auto& corners = mesh_.triangles[around[k]];
+      const int i = corners[0] == v ? 0 : corners[1] == v ? 1 : 2;
+      const auto& across = mesh_.neighbours[around[k]];
+      cross(v, corners[next3(i)], corners[prev3(i)], across[i] == kNone);
+      cross(v, corners[prev3(i)], corners[next3(i)], across[prev3(i)] == kNone);
+    }
+  };
+  for (Index v = 0; v < n; ++v) {
+    if (fixed[v]) hand_on(v);
+  }
+  while (!heap.empty()) {
+    std::pop_heap(heap.begin(), heap.end(), later);
+    const Entry entry = heap.back();
+    heap.pop_back();
+    if (entry.distance == fronts_[entry.vertex].distance) hand_on(entry.vertex);
+  }
+}
+
 bool BorderDistance::refine(const DistanceOptions& options) {
   const EdgeTable table = make_edges(mesh_);
   std::vector<Index> middle(table.edges.size(), kNone);
@@ -213,9 +356,17 @@ bool BorderDistance::refine(const DistanceOptions& options) {
     const Vec3 normal = middle_normal(mesh_.normals[edge.from], mesh_.normals[edge.to]);
     Front front = seen_from(edge.from, half, normal);
     const Front other = seen_from(edge.to, -half, normal);
-    if (other.distance < front.distance) front = other;
     const double linear = 0.5 * (fronts_[edge.from].distance + fronts_[edge.to].distance);
-    if (std::abs(front.distance - linear) <= options.tolerance_mm) continue;
+    const bool unrolled = !front.wave && !other.wave;
+    const Vec3 to_front = to_border(front), to_other = to_border(other);
+    const bool one_front = unrolled || to_front.dot(to_other) > kKinkCosine * front.distance * other.distance;
+    if (!unrolled && to_front.dot(to_other) > kOneFrontCosine * front.distance * other.distance) {
+      const double middle_value = linear + 0.5 * (0.5 * (front.distance + other.distance) - linear);
+      front = {.tangent = (to_front + to_other).normalized(), .distance = middle_value, .wave = true};
+    } else if (other.distance < front.distance) {
+      front = other;
+    }
+    if (one_front && std::abs(front.distance - linear) <= options.tolerance_mm) continue;
     middle[e] = static_cast<Index>(mesh_.vertices.size());
     mesh_.vertices.push_back(mesh_.vertices[edge.from] + half);
     mesh_.normals.push_back(normal);

@@ -6,6 +6,7 @@
 
 #include "toolpath/link.h"
 #include "toolpath/rings.h"
+#include "toolpath/share_area.h"
 
 namespace curvesup::toolpath {
 namespace {
@@ -56,6 +57,16 @@ Track lay_dot(const BorderDistance& distance, const BeadWidths& beads) {
   return track;
 }
 
+void add_beads(const PieceMesh& mesh, const Ridge& ridge, const BeadWidths& beads, std::vector<Track>& tracks, FilledPiece& filled) {
+  const std::vector<char> irregular = irregular_triangles(mesh, ridge, beads);
+  for (Track& track : tracks) thin_track(mesh, irregular, track);
+  share_area(mesh, irregular, beads, tracks);
+  for (const Track& track : tracks) {
+    BeadPath path = lay_beads(track);
+    if (!path.points.empty()) filled.paths.push_back(std::move(path));
+  }
+}
+
 }  // namespace
 
 FilledPiece fill_piece(PieceMesh mesh, const Sheet&, const ToolpathOptions& options) {
@@ -71,14 +82,11 @@ FilledPiece fill_piece(PieceMesh mesh, const Sheet&, const ToolpathOptions& opti
   }
   filled.naive_paths = static_cast<Index>(tracks.size());
   if (options.link_rings) link_tracks(distance, beads.width, tracks);
-  for (const Track& track : tracks) {
-    BeadPath path = lay_beads(distance.mesh(), track);
-    if (!path.points.empty()) filled.paths.push_back(std::move(path));
-  }
+  add_beads(distance.mesh(), ridge, beads, tracks, filled);
   if (filled.paths.empty()) {
     ++filled.dots;
-    BeadPath path = lay_beads(distance.mesh(), lay_dot(distance, beads));
-    if (!path.points.empty()) filled.paths.push_back(std::move(path));
+    std::vector<Track> dot{lay_dot(distance, beads)};
+    add_beads(distance.mesh(), ridge, beads, dot, filled);
   }
   filled.naive_paths = std::max(filled.naive_paths, static_cast<Index>(filled.paths.size()));
   return filled;

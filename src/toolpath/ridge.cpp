@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -9,6 +10,7 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kMeetingCosine = -0.5;  // fronts that meet under more than 120 degrees
+constexpr double kHandedDown = 3.0;      // widths
 
 }  // namespace
 
@@ -213,7 +215,7 @@ void Ridge::hand_down() {
   node_of_vertex_.assign(mesh.vertices.size(), kNone);
   const auto offer = [&](Index vertex, Index node) {
     const double here = distance_.distance(vertex);
-    if (nodes_[node].distance - here > 2.0 * beads_.width) return;
+    if (nodes_[node].distance - here > kHandedDown * beads_.width) return;
     Index& held = node_of_vertex_[vertex];
     const double now = slack(node, mesh.vertices[vertex], here);
     if (held == kNone || now < slack(held, mesh.vertices[vertex], here)) held = node;
@@ -236,22 +238,21 @@ void Ridge::hand_down() {
   }
 }
 
-double Ridge::ring_width(int level, Index from, Index to, const Vec3& position) const {
+double Ridge::rise(Index vertex) const {
+  const Index node = nodes_.empty() ? kNone : node_of_vertex_[vertex];
+  return node == kNone ? std::numeric_limits<double>::infinity() : nodes_[node].distance - distance_.distance(vertex);
+}
+
+bool Ridge::replaces_ring(int level, Index from, Index to, const Vec3& position) const {
   const double w = beads_.width, here = (level + 0.5) * w;
-  if (nodes_.empty()) return w;
+  if (nodes_.empty()) return false;
   Index best = kNone;
   for (const Index vertex : {from, to}) {
     const Index node = node_of_vertex_[vertex];
     if (node != kNone && (best == kNone || slack(node, position, here) < slack(best, position, here))) best = node;
   }
-  if (best == kNone || slack(best, position, here) > 0.8 * w) return w;
-  const double top = nodes_[best].distance;
-  const int rings = static_cast<int>(std::floor(top / w));
-  const double left = 2.0 * (top - rings * w);
-  if (nodes_[best].filled) return level >= rings ? 0.0 : w;
-  if (level >= rings) return std::max(beads_.min, 0.5 * left);
-  if (level == rings - 1 && left <= w) return w + 0.5 * left;
-  return w;
+  if (best == kNone || slack(best, position, here) > 0.8 * w) return false;
+  return nodes_[best].filled && level >= static_cast<int>(std::floor(nodes_[best].distance / w));
 }
 
 std::vector<Track> Ridge::centre_lines() const {

@@ -14,8 +14,8 @@ struct BeadWidths {
 // its branches into corners, which rings fill by themselves.
 //
 // With D the distance to the border on it, n = floor(D / w) rings lie on either side and a strip of width
-// R = 2 (D - n w) is left. Where R is between `min` and `max`, one centre line of that width fills it; below, the ring
-// beside it is widened by R/2; above, ring n runs there on both sides with the width R/2.
+// R = 2 (D - n w) is left. Where R is between `min` and `max`, one centre line fills it; below, the rings beside it are
+// wider; above, ring n runs there on both sides. Their widths follow from the area they fill (share_area.h).
 class Ridge {
  public:
   Ridge(const BorderDistance& distance, const BeadWidths& beads);
@@ -23,8 +23,11 @@ class Ridge {
   // Tracks along the medial line, ends drawn out so that width times length is the area they fill.
   [[nodiscard]] std::vector<Track> centre_lines() const;
 
-  // Width of a ring at `level` at a point between two vertices; 0 where a centre line takes its place.
-  [[nodiscard]] double ring_width(int level, Index from, Index to, const Vec3& position) const;
+  // Whether a centre line takes the place of a ring at `level` at a point between two vertices.
+  [[nodiscard]] bool replaces_ring(int level, Index from, Index to, const Vec3& position) const;
+
+  // How far below the medial line a vertex lies; infinite where that is more than three widths or unknown.
+  [[nodiscard]] double rise(Index vertex) const;
 
   [[nodiscard]] bool empty() const { return nodes_.empty(); }
 

@@ -15,6 +15,30 @@ std::pair<int, int> levels_between(double low, double high, double width, int ma
   return {std::max(first, 0), std::min(last, max_rings - 1)};
 }
 
+// Where the distance reaches `value` on the edge from a to b, as a part of its length: by the cubic through the values and
+// slopes at its ends, or by the line where those do not belong to one front.
+double crossing(const BorderDistance& distance, Index a, Index b, double value) {
+  constexpr double kOneFront = 0.35;  // by which slopes may be off the mean slope
+  const double from = distance.distance(a), rise = distance.distance(b) - from;
+  const double linear = (value - from) / rise;
+  const Vec3 edge = distance.mesh().vertices[b] - distance.mesh().vertices[a];
+  const double length = edge.norm();
+  if (length < 1e-6) return linear;
+  double slope_a = -distance.to_border(distance.front(a)).dot(edge) / std::max(from, 1e-9);
+  double slope_b = -distance.to_border(distance.front(b)).dot(edge) / std::max(from + rise, 1e-9);
+  if (from < 1e-6) slope_a = 2.0 * rise - slope_b;  // on the border: the parabola through the rest
+  if (from + rise < 1e-6) slope_b = 2.0 * rise - slope_a;
+  if (std::abs(slope_a - rise) + std::abs(slope_b - rise) > 2.0 * kOneFront * length) return linear;
+  const double p = 3.0 * rise - 2.0 * slope_a - slope_b, q = slope_a + slope_b - 2.0 * rise;
+  double x = linear;
+  for (int i = 0; i < 3; ++i) {
+    const double bend = slope_a + x * (2.0 * p + 3.0 * q * x);
+    if (bend * rise < 0.1 * rise * rise) return linear;
+    x -= (from + x * (slope_a + x * (p + x * q)) - value) / bend;
+  }
+  return x > 0.0 && x < 1.0 ? x : linear;
+}
+
 // Sets `keep` of runs shorter than `length` to that of the ring around them.
 void drop_short_runs(const std::vector<TrackPoint>& ring, std::vector<char>& keep, char value, double length) {
   const std::size_t n = ring.size();
@@ -113,11 +137,11 @@ std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridg
         const Index from = corner[exit], to = corner[next3(exit)];
         // Seen from both triangles alike: always from the lower vertex id.
         const Index a = std::min(from, to), b = std::max(from, to);
-        const double part = (value - distance.distance(a)) / (distance.distance(b) - distance.distance(a));
+        const double part = crossing(distance, a, b, value);
         TrackPoint point;
         point.position = mesh.vertices[a] + part * (mesh.vertices[b] - mesh.vertices[a]);
         point.normal = (mesh.normals[a] + part * (mesh.normals[b] - mesh.normals[a])).normalized();
-        point.width = ridge.ring_width(level, a, b, point.position);
+        point.width = ridge.replaces_ring(level, a, b, point.position) ? 0.0 : width;
         point.triangle = t;
         points.push_back(point);
         t = mesh.neighbours[t][exit];
@@ -144,7 +168,7 @@ std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridg
       for (std::size_t i = 0; i < points.size(); ++i) keep[i] = points[i].width > 0.0;
       drop_short_runs(points, keep, 0, 0.75 * width);
       drop_short_runs(points, keep, 1, 0.75 * width);
-      for (TrackPoint& p : points) p.width = p.width > 0.0 ? p.width : width;
+      for (TrackPoint& p : points) p.width = width;
       const auto dropped = std::find(keep.begin(), keep.end(), 0);
       if (dropped == keep.end()) {
         points.push_back(points.front());

@@ -79,6 +79,42 @@ TEST(BorderDistance, StandsNeedles) {
   EXPECT_LT(largest_error(only_piece(sheet), truth), 1e-4);
 }
 
+TEST(BorderDistance, StaysBoundedOnARoughSheet) {
+  // No way is shorter than the straight line in space, none longer than the one along the edges of the sheet.
+  const auto noise = [](double u, double v) {
+    const double x = std::sin(12.9898 * std::round(40 * u) + 78.233 * std::round(24 * v)) * 43758.5453;
+    return 0.3 * (x - std::floor(x));
+  };
+  const NamedSheet sheet =
+      sheets::mapped_grid(40, 24, [&](double u, double v) { return Vec3(48 * u, 28.8 * v, 10 + noise(u, v)); });
+  const BorderDistance distance = only_piece(sheet);
+  const auto& mesh = distance.mesh();
+  const std::size_t n = mesh.vertices.size();
+  std::vector<double> longest(n, 1e9);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (int i = 0; i < 3; ++i) {
+      if (mesh.neighbours[t][i] == kNone) longest[mesh.triangles[t][i]] = 0.0;
+    }
+  }
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const auto& corner : mesh.triangles) {
+      for (int i = 0; i < 3; ++i) {
+        for (const int j : {toolpath::next3(i), toolpath::prev3(i)}) {
+          const double way = longest[corner[i]] + (mesh.vertices[corner[i]] - mesh.vertices[corner[j]]).norm();
+          if (way < longest[corner[j]] - 1e-12) longest[corner[j]] = way, changed = true;
+        }
+      }
+    }
+  }
+  for (std::size_t v = 0; v < n; ++v) {
+    const Vec3& p = mesh.vertices[v];
+    const double straight = std::min(std::min(p.x(), 48.0 - p.x()), std::min(p.y(), 28.8 - p.y()));
+    EXPECT_GE(distance.distance(static_cast<Index>(v)), straight - 0.05 * kBead);
+    EXPECT_LE(distance.distance(static_cast<Index>(v)), longest[v] + 1e-9);
+  }
+}
+
 TEST(BorderDistance, DoublesAVertexWhereTwoFansTouch) {
   // Two squares that touch in a corner only are two pieces.
   const NamedSheet sheet = sheets::mapped_grid(2, 2, [](double u, double v) { return Vec3(4 * u, 4 * v, 0); }, 0.8, false,

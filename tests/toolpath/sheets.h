@@ -60,6 +60,14 @@ inline NamedSheet strip(double length, double width, int nu, int nv) {
   return mapped_grid(nu, nv, [=](double u, double v) { return Vec3(u * length, v * width, 10.0); });
 }
 
+// A strip along x whose width swings between `narrow` and `wide` three times.
+inline NamedSheet waisted_strip(double length, double narrow, double wide) {
+  return mapped_grid(static_cast<int>(length / 0.4), 6, [=](double u, double v) {
+    const double s = std::sin(3.0 * std::numbers::pi * u);
+    return Vec3(u * length, (v - 0.5) * (narrow + (wide - narrow) * s * s), 10.0);
+  });
+}
+
 // Between two circles about the z axis, at z = 10.
 inline NamedSheet annulus(double inner, double outer, int around, int across) {
   return mapped_grid(

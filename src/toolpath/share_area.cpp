@@ -1,0 +1,328 @@
+#include "toolpath/share_area.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+
+#include "curvesup/mesh/triangle_mesh.h"
+
+namespace curvesup::toolpath {
+namespace {
+
+constexpr double kSample = 0.25;         // mm
+constexpr double kIrregularRise = 1.5;   // widths below the medial line
+constexpr double kSmallPiece = 16.0;     // squared widths: irregular as a whole
+constexpr double kStretch = 1.5;         // widths
+constexpr double kReach = 1.75;          // widths: no place is farther from a track
+constexpr Index kAdjoining = 4;          // segments along a track
+constexpr double kCell = 0.6;            // widths
+constexpr double kSameSide = 0.5;        // cosine between the normals of a place and of a track that may fill it
+
+struct Segment {
+  Vec3 from, along;  // along: to the other end
+  Vec3 normal;
+  double squared_length = 0.0;
+  Index stretch = kNone;  // kNone where the width is regular
+};
+
+double squared_distance(const Segment& segment, const Vec3& place) {
+  const Vec3 out = place - segment.from;
+  const double along = out.dot(segment.along);
+  const double part = along <= 0.0 || segment.squared_length <= 0.0 ? 0.0 : std::min(1.0, along / segment.squared_length);
+  return (out - part * segment.along).squaredNorm();
+}
+
+struct Stretch {
+  double length = 0.0, area = 0.0;
+};
+
+// The segments that may be nearest to a place, by the cells of a cubic grid; each cell's list is made when first asked for.
+class NearSegments {
+ public:
+  NearSegments(const std::vector<Segment>& segments, double cell, double reach) : segments_(segments), cell_(cell), reach_(reach) {
+    std::size_t size = 256;
+    while (size < segments.size()) size *= 2;
+    coarse_.assign(size + 1, 0);
+    const auto for_segment_cells = [&](const auto& visit) {
+      for (std::size_t s = 0; s < segments.size(); ++s) {
+        const Vec3 a = segments[s].from, b = a + segments[s].along;
+        for_cells(a.cwiseMin(b), a.cwiseMax(b), reach_, [&](std::uint64_t key) { visit(static_cast<Index>(s), key); });
+      }
+    };
+    for_segment_cells([&](Index, std::uint64_t key) { ++coarse_[slot(key, size) + 1]; });
+    for (std::size_t i = 0; i < size; ++i) coarse_[i + 1] += coarse_[i];
+    entries_.resize(coarse_[size]);
+    std::vector<Index> fill(coarse_.begin(), coarse_.end() - 1);
+    for_segment_cells([&](Index s, std::uint64_t key) { entries_[fill[slot(key, size)]++] = {key, s}; });
+    seen_.assign(segments.size(), 0);
+    fine_.assign(4 * size, kNone);
+    flag_irregular_cells();
+  }
+
+  // False only where every place of the box is farther than the reach from any segment of a stretch.
+  [[nodiscard]] bool near_stretch(const Vec3& low, const Vec3& high) const {
+    bool found = false;
+    for_cells(low, high, reach_, [&](std::uint64_t key) { found = found || irregular_[slot(key, irregular_.size())]; });
+    return found;
+  }
+
+  // Empty where none of them lies on a stretch.
+  std::span<const Index> around(const Vec3& place) {
+    const std::uint64_t key = key_of(index(place.x(), cell_), index(place.y(), cell_), index(place.z(), cell_));
+    if (key == last_key_) return list(last_);
+    last_key_ = key;
+    last_ = fine_[slot(key, fine_.size())];
+    while (last_ != kNone && cells_[last_].key != key) last_ = cells_[last_].next;
+    if (last_ == kNone) last_ = add_cell(key, place);
+    return list(last_);
+  }
+
+ private:
+  struct Entry {
+    std::uint64_t key;
+    Index segment;
+  };
+  struct Cell {
+    std::uint64_t key;
+    Index first, count, next;
+  };
+  struct Candidate {
+    Index segment;
+    double distance;
+  };
+  static std::uint64_t index(double x, double cell) {
+    constexpr std::int64_t kOrigin = 1 << 20;
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / cell)) + kOrigin);
+  }
+  static std::uint64_t key_of(std::uint64_t x, std::uint64_t y, std::uint64_t z) { return (x << 42) | (y << 21) | z; }
+  static std::size_t slot(std::uint64_t key, std::size_t size) { return (key * 0x9e3779b97f4a7c15ULL >> 20) & (size - 1); }
+  template <class Visit>
+  static void for_cells(const Vec3& low, const Vec3& high, double cell, const Visit& visit) {
+    for (std::uint64_t x = index(low.x(), cell); x <= index(high.x(), cell); ++x) {
+      for (std::uint64_t y = index(low.y(), cell); y <= index(high.y(), cell); ++y) {
+        for (std::uint64_t z = index(low.z(), cell); z <= index(high.z(), cell); ++z) visit(key_of(x, y, z));
+      }
+    }
+  }
+  [[nodiscard]] std::span<const Index> list(Index cell) const {
+    return {lists_.data() + cells_[cell].first, static_cast<std::size_t>(cells_[cell].count)};
+  }
+
+  // One flag for all cells of one slot: a few places more are sampled than need be.
+  void flag_irregular_cells() {
+    irregular_.assign(coarse_.size() - 1, 0);
+    const Vec3 margin = Vec3::Constant(reach_);
+    for (const Segment& s : segments_) {
+      if (s.stretch == kNone) continue;
+      const Vec3 end = s.from + s.along;
+      for_cells(s.from.cwiseMin(end) - margin, s.from.cwiseMax(end) + margin, reach_,
+                [&](std::uint64_t key) { irregular_[slot(key, irregular_.size())] = 1; });
+    }
+  }
+
+  Index add_cell(std::uint64_t key, const Vec3& place) {
+    const auto middle = [&](double x) { return (std::floor(x / cell_) + 0.5) * cell_; };
+    const Vec3 centre(middle(place.x()), middle(place.y()), middle(place.z()));
+    const double radius = 0.5 * std::sqrt(3.0) * cell_;
+    ++stamp_;
+    candidates_.clear();
+    double least = reach_;
+    for_cells(centre - Vec3::Constant(reach_), centre + Vec3::Constant(reach_), reach_, [&](std::uint64_t coarse) {
+      const std::size_t at = slot(coarse, coarse_.size() - 1);
+      for (Index e = coarse_[at]; e < coarse_[at + 1]; ++e) {
+        if (entries_[e].key != coarse || seen_[entries_[e].segment] == stamp_) continue;
+        seen_[entries_[e].segment] = stamp_;
+        const double distance = std::sqrt(squared_distance(segments_[entries_[e].segment], centre));
+        if (distance > least + 2.0 * radius) continue;
+        least = std::min(least, distance);
+        candidates_.push_back({entries_[e].segment, distance});
+      }
+    });
+    const Index first = static_cast<Index>(lists_.size());
+    bool on_stretch = false;
+    for (const Candidate& c : candidates_) {
+      if (c.distance > least + 2.0 * radius) continue;
+      lists_.push_back(c.segment);
+      on_stretch = on_stretch || segments_[c.segment].stretch != kNone;
+    }
+    if (!on_stretch) lists_.resize(first);
+    Index& head = fine_[slot(key, fine_.size())];
+    cells_.push_back({key, first, static_cast<Index>(lists_.size()) - first, head});
+    head = static_cast<Index>(cells_.size()) - 1;
+    return head;
+  }
+
+  const std::vector<Segment>& segments_;
+  double cell_, reach_;
+  std::vector<Index> coarse_, fine_, lists_;
+  std::vector<Entry> entries_;
+  std::vector<Cell> cells_;
+  std::vector<std::uint32_t> seen_;
+  std::vector<char> irregular_;
+  std::uint32_t stamp_ = 0;
+  std::vector<Candidate> candidates_;
+  std::uint64_t last_key_ = ~0ULL;
+  Index last_ = kNone;
+};
+
+// Cuts a triangle into slices through the corner opposite its longest edge, these into strips, and visits each.
+template <class Visit>
+void for_samples(const std::array<Vec3, 3>& corner, const Visit& visit) {
+  int longest = 0;
+  double length = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const double l = (corner[next3(i)] - corner[i]).norm();
+    if (l > length) length = l, longest = i;
+  }
+  const Vec3 &a = corner[longest], &b = corner[next3(longest)], &apex = corner[prev3(longest)];
+  const double area = triangle_area(a, b, apex);
+  if (area <= 0.0) return;
+  const int slices = static_cast<int>(std::ceil(length / kSample));
+  const int strips = static_cast<int>(std::ceil(2.0 * area / length / kSample));
+  for (int j = 0; j < strips; ++j) {
+    const double low = static_cast<double>(j) / strips, high = static_cast<double>(j + 1) / strips;
+    const double part = 2.0 / 3.0 * (high * high + high * low + low * low) / (high + low);  // centroid of the strip
+    for (int i = 0; i < slices; ++i) {
+      const Vec3 base = a + (i + 0.5) / slices * (b - a);
+      visit(apex + part * (base - apex), area * (high * high - low * low) / slices);
+    }
+  }
+}
+
+class AreaShares {
+ public:
+  AreaShares(const PieceMesh& mesh, const std::vector<char>& irregular, const BeadWidths& beads, std::vector<Track>& tracks)
+      : mesh_(mesh), irregular_(irregular), beads_(beads), tracks_(tracks) {}
+
+  void run() {
+    cut_into_stretches();
+    if (stretches_.empty()) return;
+    hand_out();
+    set_widths();
+    drop_idle_tracks();
+  }
+
+ private:
+  void cut_into_stretches() {
+    for (const Track& track : tracks_) {
+      Index current = kNone;
+      for (std::size_t i = 1; i < track.points.size(); ++i) {
+        const TrackPoint &from = track.points[i - 1], &to = track.points[i];
+        const Vec3 along = to.position - from.position;
+        const bool irregular = track.kind != PathKind::contour || irregular_[to.triangle];
+        if (!irregular) {
+          current = kNone;
+        } else {
+          if (current == kNone || stretches_[current].length >= kStretch * beads_.width) {
+            current = static_cast<Index>(stretches_.size());
+            stretches_.push_back({});
+          }
+          stretches_[current].length += along.norm();
+        }
+        segments_.push_back({from.position, along, (from.normal + to.normal).normalized(), along.squaredNorm(), current});
+      }
+    }
+  }
+
+  void hand_out() {
+    NearSegments near(segments_, kCell * beads_.width, kReach * beads_.width);
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      const auto& [i, j, k] = mesh_.triangles[t];
+      const Vec3 &a = mesh_.vertices[i], &b = mesh_.vertices[j], &c = mesh_.vertices[k];
+      if (!near.near_stretch(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c))) continue;
+      const Vec3 normal = (mesh_.normals[i] + mesh_.normals[j] + mesh_.normals[k]).normalized();
+      for_samples({a, b, c}, [&](const Vec3& place, double area) {
+        share_out(near.around(place), place, normal, area);
+      });
+    }
+  }
+
+  // A sample that lies across the line between two tracks is shared by both.
+  void share_out(std::span<const Index> candidates, const Vec3& place, const Vec3& normal, double area) {
+    const auto [first, distance] = nearest_of(candidates, place, normal, kNone);
+    if (first == kNone) return;
+    const auto [second, other_distance] = nearest_of(candidates, place, normal, first);
+    const double part = std::min(1.0, 0.5 + 0.5 * (other_distance - distance) / std::sqrt(area));
+    give(first, part * area);
+    if (part < 1.0) give(second, (1.0 - part) * area);
+  }
+
+  void give(Index segment, double area) {
+    if (segments_[segment].stretch != kNone) stretches_[segments_[segment].stretch].area += area;
+  }
+
+  // The nearest segment and its distance; of the others that do not adjoin `but`, if one is given.
+  [[nodiscard]] std::pair<Index, double> nearest_of(std::span<const Index> candidates, const Vec3& place, const Vec3& normal,
+                                                    Index but) const {
+    Index best = kNone;
+    double least = 1e300;
+    for (const Index s : candidates) {
+      if (but != kNone && std::abs(s - but) <= kAdjoining) continue;
+      const double squared = squared_distance(segments_[s], place);
+      if (squared > least || (squared == least && s > best)) continue;
+      if (segments_[s].normal.dot(normal) < kSameSide) continue;
+      least = squared, best = s;
+    }
+    return {best, std::sqrt(least)};
+  }
+
+  void set_widths() {
+    std::size_t s = 0;
+    idle_.assign(tracks_.size(), 0);
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      auto& points = tracks_[t].points;
+      double owned = 0.0, length = 0.0;
+      for (std::size_t i = 1; i < points.size(); ++i, ++s) {
+        double& width = points[i].width;
+        width = beads_.width;
+        const Stretch* stretch = segments_[s].stretch == kNone ? nullptr : &stretches_[segments_[s].stretch];
+        if (stretch != nullptr && stretch->length > 0.0) width = stretch->area / stretch->length;
+        const double step = std::sqrt(segments_[s].squared_length);
+        owned += width * step;
+        length += step;
+        width = std::clamp(width, beads_.min, beads_.max);
+      }
+      if (points.size() > 1) points.front().width = points[1].width;
+      idle_[t] = owned < 0.5 * beads_.min * length;
+    }
+  }
+
+  // A track that little belongs to runs in the beads of others.
+  void drop_idle_tracks() {
+    if (std::find(idle_.begin(), idle_.end(), 0) == idle_.end()) return;
+    std::size_t kept = 0;
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      if (idle_[t]) continue;
+      if (kept != t) tracks_[kept] = std::move(tracks_[t]);
+      ++kept;
+    }
+    tracks_.resize(kept);
+  }
+
+  const PieceMesh& mesh_;
+  const std::vector<char>& irregular_;
+  const BeadWidths& beads_;
+  std::vector<Track>& tracks_;
+  std::vector<Segment> segments_;  // of all tracks, in their order
+  std::vector<Stretch> stretches_;
+  std::vector<char> idle_;  // by track
+};
+
+}  // namespace
+
+std::vector<char> irregular_triangles(const PieceMesh& mesh, const Ridge& ridge, const BeadWidths& beads) {
+  const bool small = mesh.area < kSmallPiece * beads.width * beads.width;
+  std::vector<char> irregular(mesh.triangles.size(), small);
+  for (std::size_t t = 0; t < irregular.size(); ++t) {
+    for (const Index v : mesh.triangles[t]) irregular[t] |= ridge.rise(v) <= kIrregularRise * beads.width;
+  }
+  return irregular;
+}
+
+void share_area(const PieceMesh& mesh, const std::vector<char>& irregular, const BeadWidths& beads, std::vector<Track>& tracks) {
+  AreaShares(mesh, irregular, beads, tracks).run();
+}
+
+}  // namespace curvesup::toolpath
