@@ -104,6 +104,17 @@ std::vector<PreviewMark> certificate_marks(const SliceState& state) {
   for (const auto& piece : state.certificate.floating) {
     marks.push_back({"certificate.floating_pieces", piece.centroid, format("layer %d: %.2f mm2 rest on nothing", piece.layer, piece.area_mm2)});
   }
+  const ToolpathCertificate& paths = state.toolpath_certificate;
+  const auto mark = [&](const char* check, const ToolpathCertificate::PlaceOnLayer& place, const char* what) {
+    const char* material = place.material == Material::model ? "part" : "support";
+    marks.push_back({check, place.position, format("layer %d of the %s: %s", place.layer, material, what)});
+  };
+  for (const auto& place : paths.uncovered) mark("certificate.toolpath_coverage", place, "no bead here");
+  for (const auto& place : paths.leaving) mark("certificate.toolpath_segments_on_layer", place, "a line leaves the layer");
+  for (const auto& place : paths.pieces_without_path) mark("certificate.toolpath_pieces", place, "a region without a line");
+  if (paths.wrong_heights > 0) mark("certificate.toolpath_height", paths.worst_height, "the bead is not as high as the layer is thick");
+  if (paths.max_layer_volume_error > 0.0) mark("certificate.toolpath_layer_volume", paths.worst_layer, "too much or too little plastic in the layer");
+  if (paths.points_off_layer > 0) mark("certificate.toolpath_points_on_layer", paths.farthest_point, "farthest from the layer");
   const auto& model = state.model.model;
   for (const auto& face : state.certificate.uncovered) {
     const auto& v = model.boundary[face.face].vertices;
@@ -116,6 +127,13 @@ std::vector<PreviewMark> certificate_marks(const SliceState& state) {
 template <class Result>
 const Result* if_done(const SliceState& state, std::string_view stage, const Result& result) {
   return done(state, stage) ? &result : nullptr;
+}
+
+// What a person calls the part: files named model.tet differ by their folder.
+std::string title_of(const SliceState& state) {
+  const std::string name = state.model.model.name;
+  const auto folder = std::filesystem::absolute(state.request.model_file).lexically_normal().parent_path().filename();
+  return name == "model" && !folder.empty() ? folder.string() : name;
 }
 
 }  // namespace
@@ -154,7 +172,7 @@ void write_pictures(OutputFolder& folder, const SliceState& state, const Json& r
                              .files = files,
                              .report_json = report.dump(),
                              .config_json = state.config.dump()},
-                            {.title = state.model.model.name, .nozzle_half_angle = machine.tool.cone_half_angle, .nozzle_length_mm = machine.tool.cone_length_mm}, run));
+                            {.title = title_of(state), .nozzle_half_angle = machine.tool.cone_half_angle, .nozzle_length_mm = machine.tool.cone_length_mm}, run));
 }
 
 void write_index(OutputFolder& folder, const SliceState& state, const Json& report) {

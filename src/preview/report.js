@@ -20,6 +20,7 @@ window.curvesupReport = (function () {
     'skeleton.edge_angle_deg': 'No branch leans more than the material can carry by itself.',
     'skeleton.loose_nodes': 'Branches end on the platform or on the part, nowhere else.',
     'skeleton.short_branches': 'Branches that end on the part are at least one layer long.',
+    'trim.support_height_p99': 'Layers of support are hardly thicker than those of the part: thicker ones are laid in passes.',
     'trim.area_conserved': 'Cutting the layers lost no area.',
     'certificate.coverage': 'Share of the overhanging area with support, part or platform right below it, measured anew.',
     'certificate.floating_pieces': 'No piece of support is printed in mid air.',
@@ -29,6 +30,19 @@ window.curvesupReport = (function () {
     'certificate.branch_counts': 'Where branches join, their counts add up.',
     'certificate.leaf_count_at_ends': 'The ends carry exactly as many branches as started.',
     'certificate.ends': 'Ends lie on the platform or on an upward face of the part.',
+    'certificate.toolpath_coverage': 'Beads cover the layers, measured anew at hundreds of thousands of places.',
+    'certificate.toolpath_overlap': 'Beads hardly lie over one another.',
+    'certificate.toolpath_spacing_median': 'Neighbouring lines are a bead apart.',
+    'certificate.toolpath_spacing_spread': 'Nowhere are neighbouring lines much nearer or farther than a bead.',
+    'certificate.toolpath_segment_volume': 'Each short stretch gets exactly the plastic of its width, height and length.',
+    'certificate.toolpath_height': 'Each bead is as high as its layer is thick there.',
+    'certificate.toolpath_model_volume': 'Plastic laid for the part fills its layers, measured anew.',
+    'certificate.toolpath_support_volume': 'Plastic laid for the support fills its layers, measured anew.',
+    'certificate.toolpath_layer_volume': 'In every single layer the plastic fills the layer; the value is that of the worst one.',
+    'certificate.toolpath_points_on_layer': 'Every point of every line lies on its curved layer.',
+    'certificate.toolpath_segments_on_layer': 'No line leaves its layer while plastic is laid.',
+    'certificate.toolpath_pieces': 'Every piece of a layer that is large enough for a bead has a line.',
+    'certificate.toolpath_order': 'Nothing is laid below what is already there.',
     'toolpath.pieces_without_path': 'Every piece of every layer that a bead can fill has a path.',
     'toolpath.model_volume': 'Plastic laid for the part fills its layers.',
     'toolpath.support_volume': 'Plastic laid for the support fills its layers.',
@@ -68,6 +82,36 @@ window.curvesupReport = (function () {
     robot: ['Robot', 'How the robot arm moves.'],
   };
   const kKeys = {
+    'input.model': 'file that was sliced', 'field.inverted_tets': 'tetrahedra in which G points down', 'overhang.vertices': 'points of those triangles',
+    'overhang.blocked_area_mm2': 'overhanging area that the configuration leaves without support',
+    'support.area_mm2': 'area of all printed layers of support', 'support.pieces': 'connected regions of printed support',
+    'support.max_height_mm': 'thickest layer of support', 'support.blocked_area_mm2': 'overhanging area that the configuration leaves without support',
+    'toolpath.max_height_mm': 'thickest bead', 'toolpath.points': 'points of all lines',
+    'toolpath.covered_fraction': 'share of the layers under a bead', 'layers.triangles': 'triangles of all layers',
+    low_mm: 'lowest corner of the box around it', high_mm: 'highest corner of the box around it', size_mm: 'size of the box around it',
+    flipped_tets: 'tetrahedra that were inside out and have been mended', duplicate_vertices: 'points that were given twice and have been joined',
+    unreferenced_vertices: 'points that no tetrahedron uses', weak_tets: 'tetrahedra in which G hardly grows: layers are thick there',
+    interior_minima: 'places inside the part where G starts', interior_maxima: 'places inside the part where G ends', layer_count: 'layers that the part is cut into',
+    minima: 'lowest points in mid air, which need support too', enforced_area_mm2: 'area that the configuration wants supported',
+    hull_margin_mm: 'distance of the region from the part', hull_attempts: 'tries until the region kept its distance',
+    unknowns: 'numbers that were solved for', residual: 'how far the equations are from being met', false_extrema: 'starts or ends of layers in mid air',
+    hull_extrema: 'starts or ends of layers at the outer border, which do no harm', degenerate_triangles: 'triangles without area, which do no harm',
+    pieces_in_passes: 'regions that are laid in several passes, being too thick for one', passes_max: 'most passes of one layer',
+    height_p50_mm: 'middle thickness of the support', height_p99_mm: 'thickness that 99 % of the support stay below',
+    removed_pieces: 'regions too small to print, left out', covered_without_support_fraction: 'share of the overhang that the platform or the part itself holds',
+    floating: 'pieces in mid air, each with its place', uncovered_faces: 'triangles of the overhang without support, each with its area',
+    dots: 'regions as small as a bead, laid as one short line', dust_pieces: 'specks far smaller than a bead, left out', dust_area_mm2: 'area of those specks',
+    rings: 'closed lines, from the border inwards', centre_lines: 'lines in the middle, where no ring fits', jumps: 'moves without laying between lines',
+    jumps_inside_pieces: 'of these inside one region', naive_jumps: 'moves there would be if rings were not joined', naive_jumps_inside_pieces: 'of these inside one region',
+    retractions: 'times that the filament is pulled back before a move', min_height_mm: 'thinnest bead', unprinted: 'regions without a line, each with its place',
+    overlap: 'plastic laid over plastic, share of the whole', spacing_mm: 'distance between neighbouring lines',
+    max_point_distance_mm: 'farthest that a point of a line is from its layer', segments_off_layer: 'stretches that leave their layer',
+    max_layer_volume_error: 'worst layer: plastic against volume, relative', printed_filament_mm: 'filament that ends up in the print, without purging',
+    tilt_deviation_median_deg: 'middle angle between nozzle and layer normal', tilt_deviation_p95_deg: 'angle that 95 % of the points stay below',
+    tilt_deviation_max_deg: 'largest angle between nozzle and layer normal', rotation_limited: 'points where turning the nozzle, not moving it, sets the pace',
+    stops: 'places inside lines where arm and extruder stop', gates: 'places where arm and extruder wait for each other',
+    unreachable_places: 'first point out of reach of each line', collision_places: 'first contact of each line', triangles: 'triangles of the surface',
+    shells: 'closed surfaces', min_edge_mm: 'shortest edge', max_edge_mm: 'longest edge', worst_tet: 'number of the worst tetrahedron',
     sha256: 'fingerprint of the file', vertices: 'points of the mesh', tets: 'tetrahedra', boundary_faces: 'triangles of the surface',
     volume_mm3: 'volume', genus: 'holes that go through', components: 'separate bodies', cavities: 'closed voids',
     flipped: 'G ran downwards and was turned over', grad_min: 'least gradient of G', grad_median: 'middle gradient of G', grad_max: 'largest gradient of G',
@@ -104,11 +148,12 @@ window.curvesupReport = (function () {
     return cell;
   }
 
-  function sectionTable(section, tools) {
+  function sectionTable(name, section, tools) {
     const {el} = tools, table = el('table');
+    const sentence = (key) => kKeys[`${name}.${key}`] || kKeys[key] || '';
     for (const [key, value] of Object.entries(section)) {
       if (Array.isArray(value) && value.length > 6) {
-        table.append(el('tr', {}, nameCell(key, tools), el('td', {class: 'number'}, `${value.length} entries`), el('td', {class: 'meaning'}, kKeys[key] || '')));
+        table.append(el('tr', {}, nameCell(key, tools), el('td', {class: 'number'}, `${value.length} entries`), el('td', {class: 'meaning'}, sentence(key))));
         continue;
       }
       let text;
@@ -116,7 +161,7 @@ window.curvesupReport = (function () {
       else if (value && typeof value === 'object') text = Object.entries(value).map(([k, v]) => `${k} ${unit(key, v, tools)}`).join(', ');
       else text = unit(key, value, tools);
       const long = text.length > 40;
-      table.append(el('tr', {}, nameCell(key, tools), el('td', {class: long ? '' : 'number'}, text), el('td', {class: 'meaning'}, kKeys[key] || '')));
+      table.append(el('tr', {}, nameCell(key, tools), el('td', {class: long ? '' : 'number'}, text), el('td', {class: 'meaning'}, sentence(key))));
     }
     return table;
   }
@@ -179,7 +224,7 @@ window.curvesupReport = (function () {
       const [title, sentence] = kSections[name] || [name, ''];
       head(title);
       if (sentence) root.append(el('p', {class: 'hint'}, sentence));
-      root.append(sectionTable(section, tools));
+      root.append(sectionTable(name, section, tools));
     }
     if (scene.files && scene.files.length) {
       head('Files');

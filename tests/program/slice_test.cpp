@@ -75,6 +75,24 @@ TEST(Slice, ASurfaceWithADirectionGoesThroughToTheRobot) {
 
 class ShippedModel : public ::testing::TestWithParam<const char*> {};
 
+// The page explains every number to somebody who has not read the paper.
+void expect_sentences(const ordered_json& report) {
+  const std::string script = program::read_all(CURVESUP_DATA "/../src/preview/report.js");
+  const auto has = [&](const std::string& key) {
+    return script.find(" " + key + ": '") != std::string::npos || script.find("'" + key + "': '") != std::string::npos;
+  };
+  for (const auto& check : report["checks"]) {
+    EXPECT_TRUE(has(check["name"].get<std::string>())) << "no sentence for " << check["name"];
+  }
+  for (const auto& [name, section] : report.items()) {
+    if (!section.is_object() || name == "program") continue;
+    EXPECT_NE(script.find(" " + name + ": ['"), std::string::npos) << "no sentence for section " << name;
+    for (const auto& [key, value] : section.items()) {
+      EXPECT_TRUE(has(name + "." + key) || has(key)) << "no sentence for " << name << "." << key;
+    }
+  }
+}
+
 TEST_P(ShippedModel, GivesTheExpectedCountsAndChecks) {
   const Folder folder;
   const Outcome run = folder.curvesup(slice_of(GetParam()));
@@ -82,6 +100,7 @@ TEST_P(ShippedModel, GivesTheExpectedCountsAndChecks) {
   ASSERT_TRUE(files.contains("report.json")) << run.err << run.out;
   const ordered_json report = ordered_json::parse(files.at("report.json"));
   EXPECT_GT(report["checks"].size(), 40u);
+  expect_sentences(report);
 
   ordered_json expected = ordered_json::parse(program::read_all(CURVESUP_DATA "/" + std::string(GetParam()) + "/expected.json"));
   EXPECT_EQ(failed_checks(report), expected["failed_checks"]) << run.out;
