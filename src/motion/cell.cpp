@@ -49,18 +49,24 @@ Cell::Cell(const Machine& machine)
 }
 
 Frame Cell::tcp_frame(const Vec3& tip_mm, const Vec3& axis, double yaw) const {
-  Frame in_platform = Frame::Identity();
+  Mat3 in_platform;
   const double c = std::cos(yaw), s = std::sin(yaw);
   const Mat3 least = least_rotation_to(axis);
-  in_platform.linear().col(0) = c * least.col(0) + s * least.col(1);
-  in_platform.linear().col(1) = c * least.col(1) - s * least.col(0);
-  in_platform.linear().col(2) = least.col(2);
-  in_platform.translation() = 1e-3 * tip_mm;
-  return platform_ * in_platform;
+  in_platform.col(0) = c * least.col(0) + s * least.col(1);
+  in_platform.col(1) = c * least.col(1) - s * least.col(0);
+  in_platform.col(2) = least.col(2);
+  Frame tcp = Frame::Identity();
+  tcp.linear().noalias() = platform_.linear() * in_platform;
+  tcp.translation() = platform_.translation() + 1e-3 * (platform_.linear() * tip_mm);
+  return tcp;
 }
 
 Frame Cell::flange_frame(const Vec3& tip_mm, const Vec3& axis, double yaw) const {
-  return tcp_frame(tip_mm, axis, yaw) * tcp_inverse_;
+  const Frame tcp = tcp_frame(tip_mm, axis, yaw);
+  Frame flange = Frame::Identity();
+  flange.linear().noalias() = tcp.linear() * tcp_inverse_.linear();
+  flange.translation() = tcp.translation() + tcp.linear() * tcp_inverse_.translation();
+  return flange;
 }
 
 void Cell::tip_of(const Joints& joints, Vec3& tip_mm, Vec3& axis) const {
@@ -71,6 +77,7 @@ void Cell::tip_of(const Joints& joints, Vec3& tip_mm, Vec3& axis) const {
 
 ArmFault Cell::arm_fault(const Joints& joints, double* metric) const {
   for (int i = 0; i < 6; ++i) {
+    if (joints[i] >= low_[i] && joints[i] <= high_[i]) continue;
     const double up = joints[i] + kTurn * std::ceil((low_[i] - joints[i]) / kTurn);
     if (up > high_[i]) return ArmFault::limit;
   }
@@ -81,7 +88,8 @@ ArmFault Cell::arm_fault(const Joints& joints, double* metric) const {
       {std::abs(std::sin(joints[4])), std::abs(std::sin(joints[2])), (std::hypot(wrist.x(), wrist.y()) - d4) / d4});
   if (metric) *metric = value;
   if (value < machine_.arm.min_singularity_metric) return ArmFault::singular;
-  const auto height = [&](int frame) { return 1e3 * (platform_inverse_ * frames[frame].translation()).z(); };
+  const Vec3 up = platform_.linear().col(2);
+  const auto height = [&](int frame) { return 1e3 * up.dot(frames[frame].translation() - platform_.translation()); };
   const double table = machine_.platform.table_clearance_mm;
   const ArmBody& body = machine_.arm.body;
   if (std::min(height(1), height(2)) < table + body.forearm_radius_mm) return ArmFault::table;
@@ -97,7 +105,7 @@ ArmFault Cell::solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branc
 
 std::array<Cell::Capsule, 4> Cell::links(const Joints& joints) const {
   const std::array<Frame, 6> frames = link_frames(machine_.arm, joints);
-  const auto at = [&](int frame) { return Vec3(1e3 * (platform_inverse_ * frames[frame].translation())); };
+  const auto at = [&](int frame) { return Vec3(1e3 * (platform_.linear().transpose() * (frames[frame].translation() - platform_.translation()))); };
   const ArmBody& body = machine_.arm.body;
   return {{{at(1), at(2), body.forearm_radius_mm, "forearm"},
            {at(2), at(3), body.wrist_radius_mm, "first wrist"},

@@ -9,18 +9,26 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 double wrapped(double angle) {
-  const double turned = std::remainder(angle, 2.0 * kPi);
-  return turned <= -kPi ? turned + 2.0 * kPi : turned;
+  while (angle > kPi) angle -= 2.0 * kPi;
+  while (angle <= -kPi) angle += 2.0 * kPi;
+  return angle;
 }
 
-Frame link_transform(const DhRow& row, double angle) {
-  const double c = std::cos(angle), s = std::sin(angle), ca = std::cos(row.alpha_rad), sa = std::sin(row.alpha_rad);
-  Frame frame;
-  frame.matrix() << c, -s * ca, s * sa, row.a_m * c,  //
-      s, c * ca, -c * sa, row.a_m * s,                //
-      0, sa, ca, row.d_m,                             //
-      0, 0, 0, 1;
-  return frame;
+// The least turn that leads from one angle to another.
+double turn_between(double from, double to) {
+  const double turn = to - from;
+  return std::abs(turn) <= kPi ? turn : std::remainder(turn, 2.0 * kPi);
+}
+
+struct Turn {
+  double cosine, sine;
+};
+
+// Twists of links are right angles, nearly always.
+Turn twist_of(double angle) {
+  if (angle == 0.0) return {1.0, 0.0};
+  if (std::abs(angle) == 0.5 * kPi) return {0.0, angle > 0.0 ? 1.0 : -1.0};
+  return {std::cos(angle), std::sin(angle)};
 }
 
 // The two shoulder angles for a wrist centre; false when the centre lies inside the cylinder of radius d4.
@@ -49,19 +57,20 @@ WristAngles wrist_angles(const Frame& flange, double q1, bool flipped) {
   return angles;
 }
 
-// Joints 2, 3, 4 as a planar chain of two bones in frame 1.
+// Joints 2, 3, 4 as a planar chain of two bones in frame 1, whose x axis is level and whose y axis is the base's z.
 bool planar_chain(const Arm& arm, const Frame& flange, const WristAngles& wrist, double q1, bool elbow,
                   Joints& joints) {
-  const Frame from_4 = link_transform(arm.dh[4], wrist.q5) * link_transform(arm.dh[5], wrist.q6);
-  const Frame frame = link_transform(arm.dh[0], q1).inverse(Eigen::Isometry) * flange * from_4.inverse(Eigen::Isometry);
+  const double c1 = std::cos(q1), s1 = std::sin(q1);
+  const Vec3 axis_5 = -std::sin(wrist.q6) * flange.linear().col(0) - std::cos(wrist.q6) * flange.linear().col(1);
+  const Vec3 end = flange.translation() - arm.dh[5].d_m * flange.linear().col(2) - arm.dh[4].d_m * axis_5;
   const double a2 = arm.dh[1].a_m, a3 = arm.dh[2].a_m;
-  const double x = frame(0, 3), y = frame(1, 3);
+  const double x = c1 * end.x() + s1 * end.y(), y = end.z() - arm.dh[0].d_m;
   double cosine = (x * x + y * y - a2 * a2 - a3 * a3) / (2.0 * a2 * a3);
   if (std::abs(cosine) > 1.0 + 1e-12) return false;
   cosine = std::clamp(cosine, -1.0, 1.0);
   const double q3 = elbow ? -std::acos(cosine) : std::acos(cosine);
   const double q2 = std::atan2(y, x) - std::atan2(a3 * std::sin(q3), a2 + a3 * cosine);
-  const double q4 = std::atan2(frame(1, 0), frame(0, 0)) - q2 - q3;
+  const double q4 = std::atan2(c1 * axis_5.x() + s1 * axis_5.y(), -axis_5.z()) - q2 - q3;
   joints = {wrapped(q1), wrapped(q2), wrapped(q3), wrapped(q4), wrapped(wrist.q5), wrapped(wrist.q6)};
   return true;
 }
@@ -72,10 +81,16 @@ Frame forward_kinematics(const Arm& arm, const Joints& joints) { return link_fra
 
 std::array<Frame, 6> link_frames(const Arm& arm, const Joints& joints) {
   std::array<Frame, 6> frames;
-  Frame frame = Frame::Identity();
+  Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ(), origin = Vec3::Zero();
   for (int i = 0; i < 6; ++i) {
-    frame = frame * link_transform(arm.dh[i], joints[i]);
-    frames[i] = frame;
+    const double c = std::cos(joints[i]), s = std::sin(joints[i]);
+    const Turn twist = twist_of(arm.dh[i].alpha_rad);
+    const Vec3 along = c * x + s * y, across = c * y - s * x;
+    origin += arm.dh[i].a_m * along + arm.dh[i].d_m * z;
+    x = along;
+    y = twist.cosine * across + twist.sine * z;
+    z = twist.cosine * z - twist.sine * across;
+    frames[i].matrix() << x, y, z, origin, 0.0, 0.0, 0.0, 1.0;
   }
   return frames;
 }
@@ -173,13 +188,13 @@ Mat3 least_rotation_to(const Vec3& axis) {
 
 double largest_joint_step(const Joints& from, const Joints& to) {
   double largest = 0.0;
-  for (int i = 0; i < 6; ++i) largest = std::max(largest, std::abs(std::remainder(to[i] - from[i], 2.0 * kPi)));
+  for (int i = 0; i < 6; ++i) largest = std::max(largest, std::abs(turn_between(from[i], to[i])));
   return largest;
 }
 
 Joints unwrapped_near(const Joints& joints, const Joints& near) {
   Joints result;
-  for (int i = 0; i < 6; ++i) result[i] = near[i] + std::remainder(joints[i] - near[i], 2.0 * kPi);
+  for (int i = 0; i < 6; ++i) result[i] = near[i] + turn_between(near[i], joints[i]);
   return result;
 }
 
