@@ -159,27 +159,6 @@ bool fill_section(const Cell& cell, std::span<const DraftPoint> drafts, std::siz
   return true;
 }
 
-// The whole path with the posture that the arm has already, when that is comfortable all along.
-std::optional<ArmSection> keep_posture(const Cell& cell, std::span<const DraftPoint> drafts, const ArmState& before) {
-  if (!before.known) return std::nullopt;
-  ArmSection section;
-  section.branch = before.branch;
-  section.points.reserve(drafts.size());
-  for (const DraftPoint& draft : drafts) {
-    ArmPoint point{draft, before.yaw, {}};
-    double metric = 0.0;
-    if (cell.solve(draft.tip, draft.axis, point.yaw, before.branch, point.joints, &metric) != ArmFault::none)
-      return std::nullopt;
-    if (metric < kComfort) return std::nullopt;
-    if (!section.points.empty() &&
-        largest_joint_step(section.points.back().joints, point.joints) > 0.5 * kMostKeyStep) {
-      return std::nullopt;
-    }
-    section.points.push_back(point);
-  }
-  return section;
-}
-
 std::vector<std::size_t> key_waypoints(std::span<const DraftPoint> drafts, double spacing) {
   std::vector<std::size_t> keys = {0};
   double length = 0.0, turn = 0.0;
@@ -191,6 +170,47 @@ std::vector<std::size_t> key_waypoints(std::span<const DraftPoint> drafts, doubl
     length = turn = 0.0;
   }
   return keys;
+}
+
+// The whole path in one branch and with one turn of the head, when that is comfortable all along; `keys` are looked at
+// first.
+std::optional<ArmSection> hold_posture(const Cell& cell, std::span<const DraftPoint> drafts,
+                                       const std::vector<std::size_t>& keys, int branch, double yaw) {
+  const auto solve = [&](const DraftPoint& draft, Joints& joints) {
+    double metric = 0.0;
+    return cell.solve(draft.tip, draft.axis, yaw, branch, joints, &metric) == ArmFault::none && metric >= kComfort;
+  };
+  Joints joints;
+  for (const std::size_t key : keys) {
+    if (!solve(drafts[key], joints)) return std::nullopt;
+  }
+  ArmSection section;
+  section.branch = branch;
+  section.points.reserve(drafts.size());
+  for (const DraftPoint& draft : drafts) {
+    ArmPoint point{draft, yaw, {}};
+    if (!solve(draft, point.joints)) return std::nullopt;
+    if (!section.points.empty() &&
+        largest_joint_step(section.points.back().joints, point.joints) > 0.5 * kMostKeyStep) {
+      return std::nullopt;
+    }
+    section.points.push_back(point);
+  }
+  return section;
+}
+
+// The path as the arm stands before, or with its head turned as little as serves.
+std::optional<ArmSection> keep_posture(const Cell& cell, std::span<const DraftPoint> drafts,
+                                       const std::vector<std::size_t>& keys, int yaw_samples, const ArmState& before) {
+  if (!before.known) return std::nullopt;
+  std::vector<double> yaws = yaw_values(yaw_samples);
+  std::stable_sort(yaws.begin(), yaws.end(),
+                   [&](double a, double b) { return std::abs(a - before.yaw) < std::abs(b - before.yaw); });
+  yaws.insert(yaws.begin(), before.yaw);
+  for (const double yaw : yaws) {
+    if (auto section = hold_posture(cell, drafts, keys, before.branch, yaw)) return section;
+  }
+  return std::nullopt;
 }
 
 // Yaw of every waypoint, linear in path length between the keys `states` belong to.
@@ -274,13 +294,42 @@ std::size_t unwrap_section(const Cell& cell, ArmSection& section, const ArmState
   return section.points.size();
 }
 
-// Appends a section, cut where joints would run out of their range or programs would grow too long.
+// Where the first segment turns a joint too far and is too short to be divided (a crease of the layer), the first waypoint
+// takes a posture nearer to the second's: the arm gets there by a travel.
+void ease_start(const Cell& cell, ArmSection& section) {
+  if (section.points.size() < 2) return;
+  ArmPoint& start = section.points[0];
+  const ArmPoint& next = section.points[1];
+  const double step = largest_joint_step(start.joints, next.joints), most = cell.machine().arm.max_joint_step_rad;
+  if (step <= most) return;
+  for (double share = 1.0 - 0.9 * most / step; share < 1.0; share += 0.25 * most / step) {
+    ArmPoint eased = start;
+    eased.draft.axis = ((1.0 - share) * start.draft.axis + share * next.draft.axis).normalized();
+    eased.yaw = (1.0 - share) * start.yaw + share * next.yaw;
+    if (cell.solve(eased.draft.tip, eased.draft.axis, eased.yaw, section.branch, eased.joints) != ArmFault::none) return;
+    if (largest_joint_step(eased.joints, next.joints) > 0.98 * most) continue;
+    start = eased;
+    return;
+  }
+}
+
+// The first waypoint, but not the second, that a joint would jump to; else the number of waypoints.
+std::size_t first_jump(const Cell& cell, const ArmSection& section) {
+  const double most = cell.machine().arm.max_joint_step_rad;
+  for (std::size_t i = 2; i < section.points.size(); ++i) {
+    if (largest_joint_step(section.points[i - 1].joints, section.points[i].joints) > most) return i;
+  }
+  return section.points.size();
+}
+
+// Appends a section, cut where a joint would jump, where joints would run out of their range or programs would grow too long.
 void append_section(const Cell& cell, ArmSection section, ArmState& state, std::vector<ArmSection>& sections) {
   insert_waypoints(cell, section);
   const std::size_t most = static_cast<std::size_t>(std::max(20, cell.machine().program.max_moves_per_part * 3 / 4));
   while (!section.points.empty()) {
+    ease_start(cell, section);
     ArmSection head = section;
-    if (head.points.size() > most) head.points.resize(most);
+    head.points.resize(std::min(first_jump(cell, section), most));
     for (std::size_t fits; (fits = unwrap_section(cell, head, state)) < head.points.size();)
       head.points.resize(fits + 1);
     if (head.points.size() < 2 && section.points.size() > 1) head.points.resize(2, section.points[1]);
@@ -308,11 +357,11 @@ ArmPath plan_arm_path(const Cell& cell, const Deposit* obstacles, std::span<cons
                       const MotionOptions& options, const ArmState& before) {
   ArmPath path;
   ArmState state = before;
-  if (auto kept = obstacles ? std::nullopt : keep_posture(cell, drafts, before)) {
+  std::vector<std::size_t> keys = key_waypoints(drafts, options.key_spacing_mm);
+  if (auto kept = obstacles ? std::nullopt : keep_posture(cell, drafts, keys, options.yaw_samples, before)) {
     append_section(cell, std::move(*kept), state, path.sections);
     return path;
   }
-  std::vector<std::size_t> keys = key_waypoints(drafts, options.key_spacing_mm);
   std::size_t first = 0;
   int refined = 0;
   while (first + 1 < keys.size() || (first == 0 && keys.size() == 1)) {

@@ -39,7 +39,8 @@ struct ArmState {
 // Chooses turn of the head and branch along one path, by dynamic programming over yaw samples and the closed form's
 // solutions at key waypoints: within limits, away from singularities, no branch change, little turning, as the arm
 // stands before where that serves. Where no posture goes on, a new section begins. Long steps get waypoints in between,
-// so that no joint turns more than max_joint_step in one segment.
+// so that no joint turns more than max_joint_step in one segment; where a segment is too short for that, a new
+// section begins too.
 //   obstacles  what forearm and wrist must not touch as it lies when each waypoint is reached; may be null
 [[nodiscard]] ArmPath plan_arm_path(const Cell& cell, const Deposit* obstacles, std::span<const DraftPoint> drafts,
                                     const MotionOptions& options, const ArmState& before);

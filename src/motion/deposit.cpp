@@ -6,6 +6,7 @@
 namespace curvesup {
 namespace {
 
+constexpr double kFloatError = 1e-3;  // mm, of a centre in single precision
 constexpr double kNoGap = std::numeric_limits<double>::infinity();
 
 std::uint64_t spread(std::uint64_t value) {
@@ -87,20 +88,23 @@ void Deposit::build() {
       nodes_[node].earliest = std::min(nodes_[2 * node].earliest, nodes_[2 * node + 1].earliest);
     }
     if (lows[node].x() > highs[node].x()) continue;
-    nodes_[node].centre = 0.5 * (lows[node] + highs[node]);
-    nodes_[node].radius = 0.5 * (highs[node] - lows[node]).norm();
+    const Vec3 centre = 0.5 * (lows[node] + highs[node]);
+    nodes_[node].x = static_cast<float>(centre.x());
+    nodes_[node].y = static_cast<float>(centre.y());
+    nodes_[node].z = static_cast<float>(centre.z());
+    nodes_[node].radius = static_cast<float>(0.5 * (highs[node] - lows[node]).norm() + kFloatError);
   }
 }
 
-template <class Excluded, class Gap>
-bool Deposit::search(Index before, double clearance, const Excluded& excluded, const Gap& gap, Contact* contact) const {
+template <class Excluded, class Visit>
+bool Deposit::visit(Index before, const Excluded& excluded, const Visit& visit) const {
   if (samples_.empty()) return false;
   std::size_t stack[64];
   int depth = 0;
   stack[depth++] = 1;
   while (depth > 0) {
     const std::size_t node = stack[--depth];
-    if (nodes_[node].earliest >= before || excluded(nodes_[node].centre, nodes_[node].radius)) continue;
+    if (nodes_[node].earliest >= before || excluded(nodes_[node].centre(), nodes_[node].radius)) continue;
     if (node < leaves_) {
       stack[depth++] = 2 * node + 1;
       stack[depth++] = 2 * node;
@@ -108,14 +112,20 @@ bool Deposit::search(Index before, double clearance, const Excluded& excluded, c
     }
     const std::size_t begin = (node - leaves_) * kLeafSize, end = std::min(begin + kLeafSize, samples_.size());
     for (std::size_t i = begin; i < end; ++i) {
-      if (samples_[i].point >= before) continue;
-      const double distance = gap(samples_[i].position);
-      if (distance >= clearance) continue;
-      if (contact) *contact = {samples_[i].point, samples_[i].position, clearance - distance};
-      return true;
+      if (samples_[i].point < before && visit(samples_[i])) return true;
     }
   }
   return false;
+}
+
+template <class Excluded, class Gap>
+bool Deposit::search(Index before, double clearance, const Excluded& excluded, const Gap& gap, Contact* contact) const {
+  return visit(before, excluded, [&](const Sample& sample) {
+    const double distance = gap(sample.position);
+    if (distance >= clearance) return false;
+    if (contact) *contact = {sample.point, sample.position, clearance - distance};
+    return true;
+  });
 }
 
 bool Deposit::touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
@@ -139,8 +149,80 @@ bool Deposit::touches_head(const HeadShape& head, const Vec3& tip, const Vec3& a
   return search(before, clearance, excluded, gap, contact);
 }
 
+namespace {
+
+constexpr std::size_t kMostTogether = 32;
+constexpr double kTogether_mm = 2.5, kTogether_rad = 0.15;
+
+// Poses of the head that are near each other, and how far any of them is from one in their middle.
+struct HeadBundle {
+  Vec3 tip = Vec3::Zero(), axis = Vec3::UnitZ();
+  double shift = 0.0;   // between tips
+  double turn = 0.0;    // between axes, as a chord
+  double rise = -1e300;  // of the middle's tip above another's tip plane, less that one's free height
+  Index before = 0;
+
+  explicit HeadBundle(std::span<const Deposit::HeadPose> poses) {
+    tip = 0.5 * (poses.front().tip + poses.back().tip);
+    axis = (poses.front().axis + poses.back().axis).normalized();
+    for (const Deposit::HeadPose& pose : poses) {
+      shift = std::max(shift, (pose.tip - tip).norm());
+      turn = std::max(turn, (pose.axis - axis).norm());
+      rise = std::max(rise, (tip - pose.tip).dot(pose.axis) - pose.free_height);
+      before = std::max(before, pose.before);
+    }
+  }
+
+  // Nothing within `extent` of `centre` touches any of the poses.
+  [[nodiscard]] bool clear_of(const Vec3& centre, double extent, const HeadShape& head, double clearance) const {
+    const Vec3 offset = centre - tip;
+    const double squared = offset.squaredNorm(), height = offset.dot(axis), far = std::sqrt(squared) + extent;
+    if (height + extent + far * turn + rise <= 0.0) return true;
+    const double radius = std::sqrt(std::max(0.0, squared - height * height));
+    // 1.05: an angle over its chord; distances change no more than a point is moved.
+    return head.distance_bound(height, radius) - extent - shift - 1.05 * turn * (far + shift) >= clearance;
+  }
+};
+
+}  // namespace
+
+void Deposit::touches_head(const HeadShape& head, std::span<const HeadPose> poses, double clearance,
+                           std::span<char> touches) const {
+  std::vector<Sample> near;
+  for (std::size_t begin = 0, end; begin < poses.size(); begin = end) {
+    const HeadPose& first = poses[begin];
+    for (end = begin + 1; end < poses.size() && end - begin < kMostTogether; ++end) {
+      if ((poses[end].tip - first.tip).squaredNorm() > kTogether_mm * kTogether_mm) break;
+      if ((poses[end].axis - first.axis).squaredNorm() > kTogether_rad * kTogether_rad) break;
+    }
+    const HeadBundle bundle(poses.subspan(begin, end - begin));
+    near.clear();
+    visit(
+        bundle.before,
+        [&](const Vec3& centre, double extent) { return bundle.clear_of(centre, extent, head, clearance); },
+        [&](const Sample& sample) {
+          if (!bundle.clear_of(sample.position, 0.0, head, clearance)) near.push_back(sample);
+          return false;
+        });
+    for (std::size_t i = begin; i < end; ++i) {
+      touches[i] = 0;
+      for (const Sample& sample : near) {
+        if (sample.point >= poses[i].before) continue;
+        const Vec3 offset = sample.position - poses[i].tip;
+        const double height = offset.dot(poses[i].axis);
+        if (height <= poses[i].free_height) continue;
+        const double radius = std::sqrt(std::max(0.0, offset.squaredNorm() - height * height));
+        if (head.distance_bound(height, radius) >= clearance || head.distance(height, radius) >= clearance) continue;
+        touches[i] = 1;
+        break;
+      }
+    }
+  }
+}
+
 bool Deposit::touches_capsule(const Vec3& a, const Vec3& b, double radius, double clearance, Index before,
                               Contact* contact) const {
+  if (std::min(a.z(), b.z()) - radius - clearance > top_before(before)) return false;
   const auto gap = [&](const Vec3& point) { return distance_to_segment(point, a, b) - radius; };
   const auto excluded = [&](const Vec3& centre, double extent) { return gap(centre) - extent >= clearance; };
   return search(before, clearance, excluded, gap, contact);

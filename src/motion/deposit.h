@@ -32,6 +32,15 @@ class Deposit {
   // plane is the nozzle's own business and never counts.
   [[nodiscard]] bool touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
                                   double clearance, Index before, Contact* contact = nullptr) const;
+  // The same for many poses of the head along a path: touches[i] becomes 1 where it touches. Poses near each other go
+  // through the hierarchy together, so a pose that is far from contact costs a fraction of touches_head().
+  struct HeadPose {
+    Vec3 tip = Vec3::Zero(), axis = Vec3::UnitZ();
+    double free_height = 0.0;
+    Index before = 0;
+  };
+  void touches_head(const HeadShape& head, std::span<const HeadPose> poses, double clearance,
+                    std::span<char> touches) const;
   // The same for a capsule from a to b.
   [[nodiscard]] bool touches_capsule(const Vec3& a, const Vec3& b, double radius, double clearance, Index before,
                                      Contact* contact = nullptr) const;
@@ -45,13 +54,16 @@ class Deposit {
     Index point;
   };
   struct Node {
-    Vec3 centre = Vec3::Zero();
-    double radius = 0.0;
+    float x = 0.0f, y = 0.0f, z = 0.0f, radius = 0.0f;
     Index earliest = std::numeric_limits<Index>::max();
+    [[nodiscard]] Vec3 centre() const { return {x, y, z}; }
   };
   static constexpr std::size_t kLeafSize = 8;
 
   void build();
+  // visit(sample) for each sample that is laid and in no excluded node; it returns true to end the search.
+  template <class Excluded, class Visit>
+  bool visit(Index before, const Excluded& excluded, const Visit& visit) const;
   // excluded(centre, radius): nothing within radius of centre can count; gap(point): by how much a sample misses the
   // body, or kNoGap when it does not count.
   template <class Excluded, class Gap>

@@ -90,7 +90,11 @@ std::array<Frame, 6> link_frames(const Arm& arm, const Joints& joints) {
     x = along;
     y = twist.cosine * across + twist.sine * z;
     z = twist.cosine * z - twist.sine * across;
-    frames[i].matrix() << x, y, z, origin, 0.0, 0.0, 0.0, 1.0;
+    frames[i].linear().col(0) = x;
+    frames[i].linear().col(1) = y;
+    frames[i].linear().col(2) = z;
+    frames[i].translation() = origin;
+    frames[i].makeAffine();
   }
   return frames;
 }

@@ -17,6 +17,7 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kSampleSpacing_mm = 1.0;   // of deposited beads
 constexpr double kLongestSegment_mm = 3.0;  // longer ones are divided before anything is checked at their points
 constexpr double kSoftBeads = 3.0;          // bead widths behind the nozzle
+constexpr double kReachSpacing_mm = 2.0;    // between points at which the arm's reach is looked at
 constexpr int kTiltRounds = 4;
 constexpr double kPoseTolerance = 1e-6;  // m and rad, between joints and pose
 
@@ -53,6 +54,9 @@ class MotionPlanner {
 
   void place_points(const PartPlacement& placement) {
     const Mat3 turn = Eigen::AngleAxisd(placement.rotation_rad, Vec3::UnitZ()).toRotationMatrix();
+    points_.reserve(toolpaths_.points.size());
+    tips_.reserve(toolpaths_.points.size());
+    sources_.reserve(toolpaths_.points.size());
     for (const Path& source : toolpaths_.paths) {
       Path path = source;
       path.first_point = static_cast<Index>(points_.size());
@@ -130,23 +134,64 @@ class MotionPlanner {
       for (std::size_t p = begin; p < end; ++p) {
         const Path& path = paths_[p];
         if (path.point_count == 0) continue;
-        const double max_flow = cell_.machine().filaments[static_cast<int>(path.material)].max_flow_mm3_s;
-        // Waypoints at which the head touches something though the key points around are free become keys themselves.
-        std::vector<Index> keys;
-        for (int round = 0; round < kTiltRounds; ++round) {
-          const std::span<char> free = std::span(known_free_).subspan(path.first_point, path.point_count);
-          std::fill(free.begin(), free.end(), 0);
-          smooth_axes(points_of(path), tips_of(path), tolerances, axes_of(path));
-          faults[p] = tilt_axes(cell_, deposit_, path.first_point, points_of(path), tips_of(path),
-                                std::span<const Index>(laid_before_).subspan(path.first_point, path.point_count),
-                                options_, keys, axes_of(path), free);
-          drafts_[p] =
-              thin_waypoints(points_of(path), tips_of(path), axes_of(path), path.first_point, max_flow, tolerances);
-          if (!options_.avoid_collisions || !add_touching_keys(path, drafts_[p], keys)) break;
-        }
+        smooth_axes(points_of(path), tips_of(path), tolerances, axes_of(path));
+        thin_path(path, drafts_[p]);
+        if (!is_free(path, drafts_[p])) faults[p] = tilt_path(path, drafts_[p]);
       }
     });
     for (std::size_t p = 0; p < count; ++p) list_faults(static_cast<Index>(p), faults[p]);
+  }
+
+  void thin_path(const Path& path, std::vector<DraftPoint>& drafts) {
+    const double max_flow = cell_.machine().filaments[static_cast<int>(path.material)].max_flow_mm3_s;
+    drafts = thin_waypoints(points_of(path), tips_of(path), axes_of(path), path.first_point, max_flow,
+                            cell_.machine().tolerances);
+  }
+
+  // Whether the head as it stands touches nothing at waypoints and between them, and the arm reaches them.
+  bool is_free(const Path& path, const std::vector<DraftPoint>& drafts) {
+    std::vector<Index> at;
+    for (const DraftPoint& draft : drafts) at.push_back(draft.point - path.first_point);
+    const std::span<const Vec3> tips = tips_of(path), axes = axes_of(path);
+    const std::vector<std::size_t> keys = key_points(tips, axes, at);
+    ReachHint hint;
+    std::vector<Deposit::HeadPose> poses;
+    double since_reach = kReachSpacing_mm;
+    for (std::size_t k = 0; k < keys.size(); ++k) {
+      const Index point = path.first_point + static_cast<Index>(keys[k]);
+      if (k > 0) since_reach += (tips_[point] - poses.back().tip).norm();
+      poses.push_back({tips_[point], axes_[point], free_height(points_[point]), laid_before_[point]});
+      if (since_reach < kReachSpacing_mm && k + 1 < keys.size()) continue;
+      since_reach = 0.0;
+      if (!reachable(cell_, tips_[point], axes_[point], options_.yaw_samples, hint)) return false;
+    }
+    if (!options_.avoid_collisions) return true;
+    for (const Deposit::HeadPose& pose : poses) {
+      if (!cell_.head_above_table(pose.tip, pose.axis)) return false;
+    }
+    std::vector<char> touches(poses.size());
+    deposit_.touches_head(cell_.head(), poses, cell_.machine().tolerances.clearance_mm, touches);
+    if (std::find(touches.begin(), touches.end(), 1) != touches.end()) return false;
+    for (const std::size_t key : keys) known_free_[path.first_point + static_cast<Index>(key)] = 1;
+    return true;
+  }
+
+  // Axes of a path that cannot stay as they are, and its waypoints anew. Waypoints at which the head touches something
+  // though the key points around are free become keys themselves.
+  std::vector<AxisFault> tilt_path(const Path& path, std::vector<DraftPoint>& drafts) {
+    std::vector<AxisFault> faults;
+    std::vector<Index> keys;
+    for (int round = 0; round < kTiltRounds; ++round) {
+      const std::span<char> free = std::span(known_free_).subspan(path.first_point, path.point_count);
+      std::fill(free.begin(), free.end(), 0);
+      if (round > 0) smooth_axes(points_of(path), tips_of(path), cell_.machine().tolerances, axes_of(path));
+      faults = tilt_axes(cell_, deposit_, path.first_point, points_of(path), tips_of(path),
+                         std::span<const Index>(laid_before_).subspan(path.first_point, path.point_count), options_,
+                         keys, axes_of(path), free);
+      thin_path(path, drafts);
+      if (!options_.avoid_collisions || !add_touching_keys(path, drafts, keys)) break;
+    }
+    return faults;
   }
 
   // Adds the points of waypoints at which the head touches something; false when none is new.
@@ -200,9 +245,13 @@ class MotionPlanner {
       if (drafts_[p].empty()) continue;
       if (p % 64 == 0) run_.check_stop();
       ArmPath arm = plan_arm_path(cell_, nullptr, drafts_[p], options_, state);
-      if (options_.avoid_collisions && arm.unreachable == kNone && links_touch(arm)) {
-        ArmPath clear = plan_arm_path(cell_, &deposit_, drafts_[p], options_, state);
-        if (clear.unreachable == kNone) arm = std::move(clear);
+      bool links_free = false;
+      if (options_.avoid_collisions && arm.unreachable == kNone) {
+        links_free = !links_touch(arm);
+        if (!links_free) {
+          ArmPath clear = plan_arm_path(cell_, &deposit_, drafts_[p], options_, state);
+          if (clear.unreachable == kNone) arm = std::move(clear);
+        }
       }
       if (arm.unreachable != kNone) {
         const bool listed =
@@ -214,7 +263,7 @@ class MotionPlanner {
         ++result_.report.unreachable_waypoints;
         continue;
       }
-      add_chains(static_cast<Index>(p), arm);
+      add_chains(static_cast<Index>(p), arm, links_free);
       const ArmPoint& last = arm.sections.back().points.back();
       state = {true, last.yaw, arm.sections.back().branch, last.joints};
       drafts_[p] = {};
@@ -232,7 +281,7 @@ class MotionPlanner {
     return false;
   }
 
-  void add_chains(Index path_index, const ArmPath& arm) {
+  void add_chains(Index path_index, const ArmPath& arm, bool links_free) {
     const Path& path = paths_[path_index];
     Motion& motion = result_.motion;
     for (std::size_t s = 0; s < arm.sections.size(); ++s) {
@@ -253,7 +302,7 @@ class MotionPlanner {
       }
       std::span<Waypoint> waypoints = std::span(motion.waypoints).subspan(chain.first_waypoint);
       set_blends(waypoints, cell_.machine().tolerances, 1e3 * cell_.machine().speeds.print_acceleration_m_s2);
-      ends_.push_back({section.points.front().yaw, section.points.back().yaw, section.branch});
+      ends_.push_back({section.points.front().yaw, section.points.back().yaw, section.branch, links_free});
       motion.paths.push_back(chain);
     }
   }
@@ -393,7 +442,7 @@ class MotionPlanner {
         for (Index w = chain.first_waypoint; w < chain.first_waypoint + chain.waypoint_count; ++w) {
           Contact contact;
           if (motion.waypoints[w].point != kNone) at = motion.waypoints[w].point;
-          if (const char* body = touching_body(motion.waypoints[w], at, contact)) {
+          if (const char* body = touching_body(motion.waypoints[w], at, ends_[c].links_free, contact)) {
             hits[chunk].push_back({static_cast<std::size_t>(w), contact, body});
           }
         }
@@ -418,9 +467,10 @@ class MotionPlanner {
     }
   }
 
-  const char* touching_body(const Waypoint& waypoint, Index before, Contact& contact) const {
+  const char* touching_body(const Waypoint& waypoint, Index before, bool links_free, Contact& contact) const {
     const bool known = waypoint.point != kNone && known_free_[waypoint.point];
     if (!known && !head_is_free(waypoint.tip_mm, waypoint.axis, before, &contact)) return "head";
+    if (links_free) return nullptr;
     return touching_link(cell_, deposit_, waypoint.joints, before, 0.0, &contact);
   }
 
@@ -538,6 +588,7 @@ class MotionPlanner {
   struct ChainEnds {
     double first_yaw, last_yaw;
     int branch;
+    bool links_free;  // nothing touches forearm and wrist
   };
 
   const Toolpaths& toolpaths_;
@@ -553,7 +604,7 @@ class MotionPlanner {
   std::vector<Index> sources_;    // toolpath point, kNone for one that divides a segment
   Deposit deposit_;
   std::vector<std::vector<DraftPoint>> drafts_;
-  std::vector<ChainEnds> ends_;
+  std::vector<ChainEnds> ends_;  // of each chain
   std::vector<double> deviations_;
   double rotation_ = 0.0;
   MotionResult result_;

@@ -19,27 +19,12 @@ double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b
 
 // `axis` pulled towards `centre` until it is within `limit` of it.
 Vec3 within(const Vec3& axis, const Vec3& centre, double limit) {
+  const double chord = (axis - centre).squaredNorm();
+  if (chord <= 1.0 && 1.1 * chord <= limit * limit) return axis;  // an angle up to a radian is 1.048 of its chord at most
   const double angle = angle_between(axis, centre);
   if (angle <= limit) return axis;
   const Vec3 across = (axis - axis.dot(centre) * centre).normalized();
   return (std::cos(limit) * centre + std::sin(limit) * across).normalized();
-}
-
-std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const Vec3> axes,
-                                    std::span<const Index> extra) {
-  std::vector<std::size_t> keys = {0};
-  std::size_t next = 0;
-  double length = 0.0, turn = 0.0;
-  for (std::size_t i = 1; i < tips.size(); ++i) {
-    length += (tips[i] - tips[i - 1]).norm();
-    turn += angle_between(axes[i], axes[i - 1]);
-    while (next < extra.size() && extra[next] < static_cast<Index>(i)) ++next;
-    const bool wanted = next < extra.size() && extra[next] == static_cast<Index>(i);
-    if (length < kKeySpacing && turn < kKeyTurn && i + 1 < tips.size() && !wanted) continue;
-    keys.push_back(i);
-    length = turn = 0.0;
-  }
-  return keys;
 }
 
 // Chooses tilts at the key points of one path.
@@ -225,6 +210,23 @@ class TiltPlanner {
 };
 
 }  // namespace
+
+std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const Vec3> axes,
+                                    std::span<const Index> extra) {
+  std::vector<std::size_t> keys = {0};
+  std::size_t next = 0;
+  double length = 0.0, turn = 0.0;
+  for (std::size_t i = 1; i < tips.size(); ++i) {
+    length += (tips[i] - tips[i - 1]).norm();
+    turn += (axes[i] - axes[i - 1]).norm();
+    while (next < extra.size() && extra[next] < static_cast<Index>(i)) ++next;
+    const bool wanted = next < extra.size() && extra[next] == static_cast<Index>(i);
+    if (length < kKeySpacing && turn < kKeyTurn && i + 1 < tips.size() && !wanted) continue;
+    keys.push_back(i);
+    length = turn = 0.0;
+  }
+  return keys;
+}
 
 double free_height(const PathPoint& point) { return std::max(0.3, 2.0 * point.tip_offset_mm); }
 

@@ -21,6 +21,10 @@ struct AxisFault {
 void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, const Tolerances& tolerances,
                  std::span<Vec3> axes);
 
+// Points of a path, ascending, that are no farther apart than tilts are chosen, `extra` ones among them.
+[[nodiscard]] std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const Vec3> axes,
+                                                  std::span<const Index> extra);
+
 // Tilts the axes of one path, as little as possible, so that the head touches neither platform nor what is printed
 // before each point, and the arm reaches every point at some turn of the head. Tilts are chosen at key points by
 // dynamic programming over directions within max_tilt_deviation of the normal, and interpolated between. Returns the

@@ -24,15 +24,18 @@ class Planner {
     std::optional<TravelPlan> last;
     // With all the clearance; where no way has it (deep between walls), with that of printing.
     for (const double share : {0.5, 0.0}) {
-      for (const auto& [up, down] : lift_pairs(lifts(from, to, via))) {
-        clearance_ = std::max(share * std::min(up, cell_.machine().tolerances.travel_clearance_mm),
-                              cell_.machine().tolerances.clearance_mm);
-        for (const double over_top : {-1.0, 2.0, 8.0, 20.0}) {
-          if (over_top > 0.0 && up < cell_.machine().tolerances.travel_clearance_mm) continue;
-          std::optional<TravelPlan> plan = attempt(from, to, via, up, down, over_top);
-          if (!plan) continue;
-          if (plan->clear) return *plan;
-          last = std::move(plan);
+      for (const Over over : {Over::turning, Over::rising, Over::home}) {
+        for (const auto& [up, down] : lift_pairs(lifts(from, to, via))) {
+          clearance_ = std::max(share * std::min(up, cell_.machine().tolerances.travel_clearance_mm),
+                                cell_.machine().tolerances.clearance_mm);
+          for (const double over_top : {-1.0, 2.0, 8.0, 20.0}) {
+            if (over_top > 0.0 && up < cell_.machine().tolerances.travel_clearance_mm) continue;
+            if (over_top < 0.0 && over != Over::turning) continue;
+            std::optional<TravelPlan> plan = attempt(from, to, via, up, down, over_top, over);
+            if (!plan) continue;
+            if (plan->clear) return *plan;
+            last = std::move(plan);
+          }
         }
       }
     }
@@ -41,6 +44,10 @@ class Planner {
   }
 
  private:
+  // A way over the top turns the head upright while it rises, rises as it stands and turns then, or goes by the home
+  // station, also when the arm has to fold over.
+  enum class Over { turning, rising, home };
+
   std::vector<double> lifts(const TravelEnd& from, const TravelEnd& to, const TravelEnd* via) const {
     const double clearance = cell_.machine().tolerances.travel_clearance_mm;
     std::vector<double> result;
@@ -78,15 +85,34 @@ class Planner {
     return end;
   }
 
+  // The home station, its joints by whole turns near those of `like`.
+  TravelEnd home(const TravelEnd& like) const {
+    TravelEnd end;
+    end.station = true;
+    end.joints = radians(cell_.machine().stations.home_deg);
+    const Joints near = unwrapped_near(end.joints, like.joints);
+    bool within = true;
+    for (int j = 0; j < 6; ++j) within = within && near[j] >= cell_.limit_low(j) && near[j] <= cell_.limit_high(j);
+    if (within) end.joints = near;
+    cell_.tip_of(end.joints, end.tip, end.axis);
+    end.pose = to_pose(forward_kinematics(cell_.machine().arm, end.joints) * to_frame(cell_.machine().tool.tcp));
+    return end;
+  }
+
   Pose pose_of(const Vec3& tip, const Vec3& axis, double yaw, const Vec3& near) const {
     const Frame frame = cell_.tcp_frame(tip, axis, yaw);
     return {frame.translation(), rotation_vector_near(frame.linear(), near)};
   }
 
-  std::optional<TravelEnd> above(const TravelEnd& lifted, double clearances) const {
+  // The tip of a lifted pose, raised above everything printed.
+  Vec3 raised_tip(const TravelEnd& lifted, double clearances) const {
     const double top = deposit_.top_before(before_) + clearances * cell_.machine().tolerances.travel_clearance_mm;
+    return {lifted.tip.x(), lifted.tip.y(), std::max(lifted.tip.z(), top)};
+  }
+
+  std::optional<TravelEnd> above(const TravelEnd& lifted, double clearances) const {
     // Upright where the arm can, else half way up.
-    const Vec3 tip(lifted.tip.x(), lifted.tip.y(), std::max(lifted.tip.z(), top));
+    const Vec3 tip = raised_tip(lifted, clearances);
     for (const double share : {1.0, 0.6, 0.3}) {
       const Vec3 axis = ((1.0 - share) * lifted.axis + share * Vec3::UnitZ()).normalized();
       if (auto end = at(tip, axis, lifted)) return end;
@@ -96,7 +122,7 @@ class Planner {
 
   // over_top: by how many clearances the way passes above everything printed; negative: no higher than the lift.
   std::optional<TravelPlan> attempt(const TravelEnd& from, const TravelEnd& to, const TravelEnd* via, double lift_from,
-                                    double lift_to, double over_top) {
+                                    double lift_to, double over_top, Over over) {
     std::vector<TravelEnd> stops;
     std::vector<TravelStep> steps;
     const auto add = [&](const TravelEnd& end, TravelStep step) {
@@ -110,21 +136,26 @@ class Planner {
       if (!lifted) return std::nullopt;
       add(*lifted, TravelStep::lift);
       if (over_top > 0.0) {
+        const auto raised = at(raised_tip(*lifted, over_top), lifted->axis, *lifted);
         const auto high = above(*lifted, over_top);
-        if (!high) return std::nullopt;
+        if (!high || (over != Over::turning && !raised)) return std::nullopt;
+        if (over != Over::turning) add(*raised, TravelStep::lift);
         add(*high, via ? TravelStep::to_purge : TravelStep::lift);
       }
     }
     if (via) add(*via, TravelStep::purge);
+    if (over == Over::home && !from.station && !to.station) add(home(from), onward);
     if (to.station) {
       add(to, onward);
     } else {
       const auto lifted = at(to.tip + lift_to * to.axis, to.axis, to);
       if (!lifted) return std::nullopt;
       if (over_top > 0.0) {
+        const auto raised = at(raised_tip(*lifted, over_top), lifted->axis, *lifted);
         const auto high = above(*lifted, over_top);
-        if (!high) return std::nullopt;
+        if (!high || (over != Over::turning && !raised)) return std::nullopt;
         add(*high, onward);
+        if (over != Over::turning) add(*raised, TravelStep::lower);
         add(*lifted, TravelStep::lower);
       } else {
         add(*lifted, onward);

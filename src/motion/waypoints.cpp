@@ -8,15 +8,39 @@ namespace {
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
-// Running sums along a path, without the points that coincide with the one before.
+// Running sums along a path, with points nearer than programs may state as one.
 struct Merged {
   std::vector<std::size_t> index;                // into the path
-  std::vector<double> length, volume, duration;  // up to each
+  std::vector<Vec3> tip;
+  std::vector<double> volume, duration;  // up to each
 };
 
+// Points that are one, so far.
+struct Cluster {
+  Vec3 low, high;
+  double from_first = 0.0;  // of the farthest
+
+  explicit Cluster(const Vec3& first) : low(first), high(first) {}
+  void add(const Vec3& tip, const Vec3& first) {
+    low = low.cwiseMin(tip);
+    high = high.cwiseMax(tip);
+    from_first = std::max(from_first, (tip - first).norm());
+  }
+};
+
+// Where the first point of a cluster would leave another one out of the chord tolerance, their middle stands for them.
+void settle(const Cluster& cluster, const Vec3& next, double nearest, double chord, Merged& merged) {
+  if (cluster.from_first <= chord || merged.index.size() < 2) return;
+  const Vec3 middle = 0.5 * (cluster.low + cluster.high);
+  const Vec3& before = merged.tip[merged.tip.size() - 2];
+  const bool apart = (next - middle).norm() >= nearest && (before - middle).norm() >= nearest;
+  if (apart && 0.5 * (cluster.high - cluster.low).norm() <= chord) merged.tip.back() = middle;
+}
+
 Merged merge_near_points(std::span<const PathPoint> points, std::span<const Vec3> tips, double max_flow,
-                         double nearest) {
+                         double nearest, double chord) {
   Merged merged;
+  Cluster cluster(tips[0]);
   double volume = 0.0, duration = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (i > 0) {
@@ -26,20 +50,23 @@ Merged merge_near_points(std::span<const PathPoint> points, std::span<const Vec3
       duration += std::max(length / feed, points[i].volume_mm3 / max_flow);
     }
     const bool last = i + 1 == points.size();
-    if (i > 0 && (tips[i] - tips[merged.index.back()]).norm() < nearest) {
-      if (!last) continue;
+    if (i > 0 && (tips[i] - merged.tip.back()).norm() < nearest) {
+      if (!last) {
+        cluster.add(tips[i], merged.tip.back());
+        continue;
+      }
       // The end stays where it is: the point before it gives way.
-      while (merged.index.size() > 1 && (tips[i] - tips[merged.index.back()]).norm() < nearest) {
+      while (merged.index.size() > 1 && (tips[i] - merged.tip.back()).norm() < nearest) {
         merged.index.pop_back();
-        merged.length.pop_back();
+        merged.tip.pop_back();
         merged.volume.pop_back();
         merged.duration.pop_back();
       }
     }
-    const double step =
-        merged.index.empty() ? 0.0 : merged.length.back() + (tips[i] - tips[merged.index.back()]).norm();
+    if (i > 0) settle(cluster, tips[i], nearest, chord, merged);
+    cluster = Cluster(tips[i]);
     merged.index.push_back(i);
-    merged.length.push_back(step);
+    merged.tip.push_back(tips[i]);
     merged.volume.push_back(volume);
     merged.duration.push_back(duration);
   }
@@ -63,17 +90,18 @@ void stretch_short_bead(DraftPoint& a, DraftPoint& b, double nearest) {
 std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::span<const Vec3> tips,
                                        std::span<const Vec3> axes, Index first_point, double max_flow_mm3_s,
                                        const Tolerances& tolerances) {
-  const Merged merged = merge_near_points(points, tips, max_flow_mm3_s, tolerances.min_segment_mm);
+  if (points.empty()) return {};
   const double chord = tolerances.chord_mm, turn = tolerances.axis.radians();
+  const Merged merged = merge_near_points(points, tips, max_flow_mm3_s, tolerances.min_segment_mm, chord);
   // One segment may stand for the points between two of them.
   const auto serves = [&](std::size_t from, std::size_t to) {
-    const Vec3& a = tips[merged.index[from]];
-    const Vec3 along = tips[merged.index[to]] - a;
+    const Vec3& a = merged.tip[from];
+    const Vec3 along = merged.tip[to] - a;
     const double squared = along.squaredNorm();
     if (squared < tolerances.min_segment_mm * tolerances.min_segment_mm) return false;
     double progress = 0.0;
     for (std::size_t m = from + 1; m < to; ++m) {
-      const Vec3 offset = tips[merged.index[m]] - a;
+      const Vec3 offset = merged.tip[m] - a;
       const double t = offset.dot(along) / squared;
       if (t < progress || t > 1.0) return false;
       progress = t;
@@ -88,7 +116,7 @@ std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::s
   std::vector<DraftPoint> kept;
   const auto keep = [&](std::size_t at, std::size_t before) {
     const std::size_t i = merged.index[at];
-    kept.push_back({tips[i], axes[i], points[i].normal, merged.volume[at] - merged.volume[before],
+    kept.push_back({merged.tip[at], axes[i], points[i].normal, merged.volume[at] - merged.volume[before],
                     merged.duration[at] - merged.duration[before], first_point + static_cast<Index>(i)});
   };
   keep(0, 0);

@@ -106,6 +106,36 @@ TEST(Deposit, HeadContactMatchesBruteForceAtEveryMoment) {
   EXPECT_LT(touching, 1900);
 }
 
+TEST(Deposit, PosesTogetherTouchAsEachByItself) {
+  const Scene scene = random_scene();
+  Tool tool;
+  tool.cone_length_mm = 15;
+  tool.head_radius_mm = 12;
+  const HeadShape head(tool);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> at(-35, 35), tilt(-1, 1), step(-0.4, 0.4), turn(-0.03, 0.03);
+  int touching = 0, of = 0;
+  for (int run = 0; run < 200; ++run) {
+    std::vector<Deposit::HeadPose> poses;
+    Vec3 tip(at(random), at(random), 0.4 * at(random) + 18), axis = Vec3(tilt(random), tilt(random), 1.0).normalized();
+    for (int i = 0; i < 40; ++i) {
+      tip += Vec3(step(random), step(random), step(random));
+      axis = (axis + Vec3(turn(random), turn(random), turn(random))).normalized();
+      poses.push_back({tip, axis, 0.3 + 0.2 * (i % 3), static_cast<Index>(random() % scene.tips.size())});
+    }
+    std::vector<char> touches(poses.size(), 2);
+    scene.deposit.touches_head(head, poses, 0.2, touches);
+    for (std::size_t i = 0; i < poses.size(); ++i, ++of) {
+      const bool expected =
+          scene.deposit.touches_head(head, poses[i].tip, poses[i].axis, poses[i].free_height, 0.2, poses[i].before);
+      ASSERT_EQ(touches[i], expected) << run << " " << i;
+      touching += expected;
+    }
+  }
+  EXPECT_GT(touching, of / 10);
+  EXPECT_LT(touching, of * 9 / 10);
+}
+
 TEST(Deposit, CapsuleContactMatchesBruteForce) {
   const Scene scene = random_scene();
   std::mt19937 random(9);

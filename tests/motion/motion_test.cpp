@@ -158,6 +158,28 @@ TEST(PlanMotion, TrenchTooNarrowIsReportedAsACollisionThatNamesWhatIsTouched) {
   EXPECT_TRUE(result.report.unreachable.empty());
 }
 
+TEST(PlanMotion, CreaseOfALayerIsPassedByANewChainNotByAJumpOfTheArm) {
+  // The layer bends by 100 degrees within 0.06 mm; the axis may lag 30 degrees on either side.
+  Toolpaths toolpaths;
+  std::vector<Vec3> positions, normals;
+  for (int i = -40; i <= 40; ++i) {
+    positions.push_back(Vec3(0, 0.06 * i, 40.0 - 0.06 * std::abs(i)));
+    const double lean = (i < 0 ? -50.0 : 50.0) * std::numbers::pi / 180.0;
+    normals.push_back(Vec3(0, std::sin(lean), std::cos(lean)));
+  }
+  shapes::add_path(toolpaths, positions, normals, 0);
+  for (PathPoint& point : toolpaths.points) point.tip_offset_mm = 0.0;
+  const MotionResult result = plan_motion(toolpaths, Machine{});
+  EXPECT_TRUE(find(result.report, "motion.branch_jumps").ok) << result.report.max_joint_step_rad;
+  EXPECT_TRUE(find(result.report, "motion.volume_error").ok);
+  EXPECT_GE(result.motion.paths.size(), 2u);
+  for (std::size_t c = 1; c < result.motion.paths.size(); ++c) {
+    const PathMotion& before = result.motion.paths[c - 1];
+    const Waypoint& end = result.motion.waypoints[before.first_waypoint + before.waypoint_count - 1];
+    EXPECT_EQ(end.tip_mm, result.motion.waypoints[result.motion.paths[c].first_waypoint].tip_mm);
+  }
+}
+
 TEST(PlanMotion, AutomaticPlacementBringsAPartIntoReach) {
   Toolpaths toolpaths = shapes::flat_rings(3.0, 1);
   for (PathPoint& point : toolpaths.points) point.position.x() += 620.0;

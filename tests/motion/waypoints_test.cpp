@@ -77,6 +77,27 @@ TEST(ThinWaypoints, ChordErrorIsKept) {
   }
 }
 
+TEST(ThinWaypoints, PointsMadeOneStayWithinTheChord) {
+  // A step of 0.045 mm across the way: nearer than two waypoints may be, farther than the chord allows.
+  Line line;
+  const std::vector<Vec3> positions = {Vec3(0, 0, 1), Vec3(4, 0, 1), Vec3(4, 0.045, 1), Vec3(8, 0.045, 1)};
+  shapes::add_path(line.toolpaths, positions, std::vector<Vec3>(4, Vec3::UnitZ()), 0);
+  for (const PathPoint& point : line.toolpaths.points) line.tips.push_back(point.position);
+  line.axes.assign(4, Vec3::UnitZ());
+  const auto kept = thin(line);
+  for (const Vec3& tip : line.tips) {
+    double nearest = 1e300;
+    for (std::size_t k = 1; k < kept.size(); ++k) {
+      const Vec3 along = kept[k].tip - kept[k - 1].tip;
+      const double t = std::clamp((tip - kept[k - 1].tip).dot(along) / along.squaredNorm(), 0.0, 1.0);
+      nearest = std::min(nearest, (tip - kept[k - 1].tip - t * along).norm());
+      EXPECT_GE(along.norm(), 0.05);
+    }
+    EXPECT_LE(nearest, 0.03 + 1e-9);
+  }
+  EXPECT_NEAR(kept[0].volume_mm3 + kept[1].volume_mm3 + (kept.size() > 2 ? kept[2].volume_mm3 : 0.0), 8.045 * 0.48, 1e-9);
+}
+
 TEST(ThinWaypoints, UnevenBeadKeepsPoints) {
   Line line = line_of(
       101, [](double) { return Vec3::UnitZ(); }, [](double) { return 0.0; });
