@@ -9,7 +9,7 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kChordTolerance = 0.015;     // mm
-constexpr double kThicknessTolerance = 0.05;  // relative, to the middle of those under the joined segments
+constexpr double kThicknessTolerance = 0.025; // relative, to the middle of those under the joined segments
 constexpr double kNormalTolerance = 0.0175;   // 1 degree between a normal that is left out and the interpolated one
 constexpr double kLargestTurn = 0.94;         // cosine of the angle between the normals at a segment's ends: 20 degrees
 constexpr double kShort = 0.02;               // mm; a shorter segment joins its neighbour whatever lies under it
@@ -17,17 +17,19 @@ constexpr double kLongest = 5.0;              // mm
 constexpr double kLongestIrregular = 1.2;     // mm
 constexpr int kMostJoined = 64;
 
-// What lies under the segments that are joined into one.
+// What lies under the segments that are joined into one. Short ones have no say unless all are short.
 struct Run {
-  double length = 0.0, thickness = 0.0;  // the latter is a sum weighted with length
+  double length = 0.0, thickness = 0.0, weight = 0.0;
   double thinnest = 1e300, thickest = 0.0;
   bool irregular = false;
 
   void add(double l, double t, bool is_irregular) {
+    const bool counts = l >= kShort;
+    if (counts && thickest == 0.0) thickness = weight = 0.0;
+    if (counts || thickest == 0.0) thickness += l * t, weight += l;
     length += l;
-    thickness += l * t;
     irregular = irregular || is_irregular;
-    if (l < kShort) return;
+    if (!counts) return;
     thinnest = std::min(thinnest, t), thickest = std::max(thickest, t);
   }
   [[nodiscard]] bool even() const { return thickest <= thinnest * (1.0 + 2.0 * kThicknessTolerance); }
@@ -79,7 +81,7 @@ void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track
     from = to;
     if ((points[to].position - kept.back().position).norm() < 1e-6) continue;
     kept.push_back(points[to]);
-    kept.back().thickness = run.thickness / run.length;
+    kept.back().thickness = run.thickness / run.weight;
   }
   track.points = std::move(kept);
 }
@@ -88,18 +90,18 @@ BeadPath lay_beads(const Track& track) {
   BeadPath path{.kind = track.kind, .closed = track.closed, .points = {}};
   if (track.points.size() < 2) return path;
   path.points.reserve(track.points.size());
-  const auto lay = [&](const TrackPoint& at, const TrackPoint& segment, double length) {
-    PathPoint point{.position = at.position, .normal = at.normal};
+  // The bead of the segment between two points, kept with the second; the first point of a path is like what adjoins it.
+  const auto lay = [&](const TrackPoint& from, const TrackPoint& to, const TrackPoint& segment) {
+    PathPoint point{.position = to.position, .normal = to.normal};
     point.width_mm = segment.width;
-    point.height_mm = clipped_height(segment.thickness, at.position, at.normal);
+    point.height_mm = clipped_height(segment.thickness, 0.5 * (from.position + to.position), to.normal);
     point.tip_offset_mm = 0.5 * segment.thickness;
-    point.volume_mm3 = point.height_mm * point.width_mm * length;
+    point.volume_mm3 = point.height_mm * point.width_mm * (to.position - from.position).norm();
     path.points.push_back(point);
   };
-  lay(track.points[0], track.closed ? track.points.back() : track.points[1], 0.0);
-  for (std::size_t i = 1; i < track.points.size(); ++i) {
-    lay(track.points[i], track.points[i], (track.points[i].position - track.points[i - 1].position).norm());
-  }
+  const auto& points = track.points;
+  lay(points[0], points[0], track.closed ? points.back() : points[1]);
+  for (std::size_t i = 1; i < points.size(); ++i) lay(points[i - 1], points[i], points[i]);
   return path;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "curvesup/mesh/triangle_mesh.h"
@@ -11,14 +12,14 @@
 namespace curvesup::toolpath {
 namespace {
 
-constexpr double kSample = 0.25;         // mm
-constexpr double kIrregularRise = 1.5;   // widths below the medial line
+constexpr double kSample = 0.3;          // mm
+constexpr double kIrregularRise = 1.3;   // widths below the medial line
 constexpr double kSmallPiece = 16.0;     // squared widths: irregular as a whole
 constexpr double kStretch = 1.5;         // widths
-constexpr double kReach = 1.75;          // widths: no place is farther from a track
+constexpr double kReach = 0.8;           // widths: no place is farther from the track that it belongs to
 constexpr Index kAdjoining = 4;          // segments along a track
 constexpr double kCell = 0.6;            // widths
-constexpr double kSameSide = 0.5;        // cosine between the normals of a place and of a track that may fill it
+constexpr float kSameSide = 0.5F;       // cosine between the normals of a place and of a track that may fill it
 
 struct Segment {
   Vec3 from, along;  // along: to the other end
@@ -27,11 +28,22 @@ struct Segment {
   Index stretch = kNone;  // kNone where the width is regular
 };
 
-double squared_distance(const Segment& segment, const Vec3& place) {
-  const Vec3 out = place - segment.from;
-  const double along = out.dot(segment.along);
-  const double part = along <= 0.0 || segment.squared_length <= 0.0 ? 0.0 : std::min(1.0, along / segment.squared_length);
-  return (out - part * segment.along).squaredNorm();
+// What a search reads of a segment, packed.
+struct Candidate {
+  Index segment = kNone;
+  Eigen::Vector3f from, along, normal;
+  float inverse_squared_length = 0.0F;
+
+  [[nodiscard, gnu::always_inline]] inline float squared_distance(const Eigen::Vector3f& place) const {
+    const Eigen::Vector3f out = place - from;
+    const float part = std::clamp(out.dot(along) * inverse_squared_length, 0.0F, 1.0F);
+    return (out - part * along).squaredNorm();
+  }
+};
+
+Candidate pack(const Segment& s, Index id) {
+  const float inverse = s.squared_length > 0.0 ? static_cast<float>(1.0 / s.squared_length) : 0.0F;
+  return {id, s.from.cast<float>(), s.along.cast<float>(), s.normal.cast<float>(), inverse};
 }
 
 struct Stretch {
@@ -41,22 +53,22 @@ struct Stretch {
 // The segments that may be nearest to a place, by the cells of a cubic grid; each cell's list is made when first asked for.
 class NearSegments {
  public:
-  NearSegments(const std::vector<Segment>& segments, double cell, double reach) : segments_(segments), cell_(cell), reach_(reach) {
+  NearSegments(const std::vector<Segment>& segments, double cell, double reach)
+      : segments_(segments), cell_(cell), reach_(reach), search_(reach + 0.5 * std::sqrt(3.0) * cell) {
     std::size_t size = 256;
     while (size < segments.size()) size *= 2;
     coarse_.assign(size + 1, 0);
     const auto for_segment_cells = [&](const auto& visit) {
       for (std::size_t s = 0; s < segments.size(); ++s) {
         const Vec3 a = segments[s].from, b = a + segments[s].along;
-        for_cells(a.cwiseMin(b), a.cwiseMax(b), reach_, [&](std::uint64_t key) { visit(static_cast<Index>(s), key); });
+        for_cells(a.cwiseMin(b), a.cwiseMax(b), search_, [&](std::uint64_t key) { visit(static_cast<Index>(s), key); });
       }
     };
     for_segment_cells([&](Index, std::uint64_t key) { ++coarse_[slot(key, size) + 1]; });
     for (std::size_t i = 0; i < size; ++i) coarse_[i + 1] += coarse_[i];
     entries_.resize(coarse_[size]);
     std::vector<Index> fill(coarse_.begin(), coarse_.end() - 1);
-    for_segment_cells([&](Index s, std::uint64_t key) { entries_[fill[slot(key, size)]++] = {key, s}; });
-    seen_.assign(segments.size(), 0);
+    for_segment_cells([&](Index s, std::uint64_t key) { entries_[fill[slot(key, size)]++] = {key, pack(segments_[s], s)}; });
     fine_.assign(4 * size, kNone);
     flag_irregular_cells();
   }
@@ -64,12 +76,12 @@ class NearSegments {
   // False only where every place of the box is farther than the reach from any segment of a stretch.
   [[nodiscard]] bool near_stretch(const Vec3& low, const Vec3& high) const {
     bool found = false;
-    for_cells(low, high, reach_, [&](std::uint64_t key) { found = found || irregular_[slot(key, irregular_.size())]; });
+    for_cells(low, high, cell_, [&](std::uint64_t key) { found = found || irregular_[slot(key, irregular_.size())]; });
     return found;
   }
 
   // Empty where none of them lies on a stretch.
-  std::span<const Index> around(const Vec3& place) {
+  std::span<const Candidate> around(const Vec3& place) {
     const std::uint64_t key = key_of(index(place.x(), cell_), index(place.y(), cell_), index(place.z(), cell_));
     if (key == last_key_) return list(last_);
     last_key_ = key;
@@ -82,15 +94,11 @@ class NearSegments {
  private:
   struct Entry {
     std::uint64_t key;
-    Index segment;
+    Candidate candidate;
   };
   struct Cell {
     std::uint64_t key;
     Index first, count, next;
-  };
-  struct Candidate {
-    Index segment;
-    double distance;
   };
   static std::uint64_t index(double x, double cell) {
     constexpr std::int64_t kOrigin = 1 << 20;
@@ -106,18 +114,18 @@ class NearSegments {
       }
     }
   }
-  [[nodiscard]] std::span<const Index> list(Index cell) const {
+  [[nodiscard]] std::span<const Candidate> list(Index cell) const {
     return {lists_.data() + cells_[cell].first, static_cast<std::size_t>(cells_[cell].count)};
   }
 
   // One flag for all cells of one slot: a few places more are sampled than need be.
   void flag_irregular_cells() {
-    irregular_.assign(coarse_.size() - 1, 0);
+    irregular_.assign(fine_.size(), 0);
     const Vec3 margin = Vec3::Constant(reach_);
     for (const Segment& s : segments_) {
       if (s.stretch == kNone) continue;
       const Vec3 end = s.from + s.along;
-      for_cells(s.from.cwiseMin(end) - margin, s.from.cwiseMax(end) + margin, reach_,
+      for_cells(s.from.cwiseMin(end) - margin, s.from.cwiseMax(end) + margin, cell_,
                 [&](std::uint64_t key) { irregular_[slot(key, irregular_.size())] = 1; });
     }
   }
@@ -125,27 +133,26 @@ class NearSegments {
   Index add_cell(std::uint64_t key, const Vec3& place) {
     const auto middle = [&](double x) { return (std::floor(x / cell_) + 0.5) * cell_; };
     const Vec3 centre(middle(place.x()), middle(place.y()), middle(place.z()));
-    const double radius = 0.5 * std::sqrt(3.0) * cell_;
-    ++stamp_;
-    candidates_.clear();
-    double least = reach_;
-    for_cells(centre - Vec3::Constant(reach_), centre + Vec3::Constant(reach_), reach_, [&](std::uint64_t coarse) {
-      const std::size_t at = slot(coarse, coarse_.size() - 1);
-      for (Index e = coarse_[at]; e < coarse_[at + 1]; ++e) {
-        if (entries_[e].key != coarse || seen_[entries_[e].segment] == stamp_) continue;
-        seen_[entries_[e].segment] = stamp_;
-        const double distance = std::sqrt(squared_distance(segments_[entries_[e].segment], centre));
-        if (distance > least + 2.0 * radius) continue;
-        least = std::min(least, distance);
-        candidates_.push_back({entries_[e].segment, distance});
+    const Eigen::Vector3f at = centre.cast<float>();
+    const float diagonal = static_cast<float>(std::sqrt(3.0) * cell_);
+    found_.clear();
+    float least = static_cast<float>(search_), limit = (least + diagonal) * (least + diagonal);
+    for_cells(centre - Vec3::Constant(search_), centre + Vec3::Constant(search_), search_, [&](std::uint64_t coarse) {
+      const std::size_t slot_of = slot(coarse, coarse_.size() - 1);
+      for (Index e = coarse_[slot_of]; e < coarse_[slot_of + 1]; ++e) {
+        if (entries_[e].key != coarse) continue;
+        const float squared = entries_[e].candidate.squared_distance(at);
+        if (squared > limit) continue;
+        if (squared < least * least) least = std::sqrt(squared), limit = (least + diagonal) * (least + diagonal);
+        found_.push_back({e, squared});
       }
     });
     const Index first = static_cast<Index>(lists_.size());
     bool on_stretch = false;
-    for (const Candidate& c : candidates_) {
-      if (c.distance > least + 2.0 * radius) continue;
-      lists_.push_back(c.segment);
-      on_stretch = on_stretch || segments_[c.segment].stretch != kNone;
+    for (const auto& [e, squared] : found_) {
+      if (squared > limit) continue;
+      lists_.push_back(entries_[e].candidate);
+      on_stretch = on_stretch || segments_[lists_.back().segment].stretch != kNone;
     }
     if (!on_stretch) lists_.resize(first);
     Index& head = fine_[slot(key, fine_.size())];
@@ -155,14 +162,13 @@ class NearSegments {
   }
 
   const std::vector<Segment>& segments_;
-  double cell_, reach_;
-  std::vector<Index> coarse_, fine_, lists_;
+  double cell_, reach_, search_;
+  std::vector<Index> coarse_, fine_;
+  std::vector<Candidate> lists_;
   std::vector<Entry> entries_;
   std::vector<Cell> cells_;
-  std::vector<std::uint32_t> seen_;
   std::vector<char> irregular_;
-  std::uint32_t stamp_ = 0;
-  std::vector<Candidate> candidates_;
+  std::vector<std::pair<Index, float>> found_;  // entries and squared distances
   std::uint64_t last_key_ = ~0ULL;
   Index last_ = kNone;
 };
@@ -232,15 +238,15 @@ class AreaShares {
       const auto& [i, j, k] = mesh_.triangles[t];
       const Vec3 &a = mesh_.vertices[i], &b = mesh_.vertices[j], &c = mesh_.vertices[k];
       if (!near.near_stretch(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c))) continue;
-      const Vec3 normal = (mesh_.normals[i] + mesh_.normals[j] + mesh_.normals[k]).normalized();
+      const Eigen::Vector3f normal = (mesh_.normals[i] + mesh_.normals[j] + mesh_.normals[k]).normalized().cast<float>();
       for_samples({a, b, c}, [&](const Vec3& place, double area) {
-        share_out(near.around(place), place, normal, area);
+        share_out(near.around(place), place.cast<float>(), normal, area);
       });
     }
   }
 
   // A sample that lies across the line between two tracks is shared by both.
-  void share_out(std::span<const Index> candidates, const Vec3& place, const Vec3& normal, double area) {
+  void share_out(std::span<const Candidate> candidates, const Eigen::Vector3f& place, const Eigen::Vector3f& normal, double area) {
     const auto [first, distance] = nearest_of(candidates, place, normal, kNone);
     if (first == kNone) return;
     const auto [second, other_distance] = nearest_of(candidates, place, normal, first);
@@ -254,16 +260,16 @@ class AreaShares {
   }
 
   // The nearest segment and its distance; of the others that do not adjoin `but`, if one is given.
-  [[nodiscard]] std::pair<Index, double> nearest_of(std::span<const Index> candidates, const Vec3& place, const Vec3& normal,
-                                                    Index but) const {
+  [[nodiscard]] static std::pair<Index, double> nearest_of(std::span<const Candidate> candidates, const Eigen::Vector3f& place,
+                                                           const Eigen::Vector3f& normal, Index but) {
     Index best = kNone;
-    double least = 1e300;
-    for (const Index s : candidates) {
-      if (but != kNone && std::abs(s - but) <= kAdjoining) continue;
-      const double squared = squared_distance(segments_[s], place);
-      if (squared > least || (squared == least && s > best)) continue;
-      if (segments_[s].normal.dot(normal) < kSameSide) continue;
-      least = squared, best = s;
+    float least = std::numeric_limits<float>::max();
+    for (const Candidate& c : candidates) {
+      if (but != kNone && std::abs(c.segment - but) <= kAdjoining) continue;
+      const float squared = c.squared_distance(place);
+      if (squared > least || (squared == least && c.segment > best)) continue;
+      if (c.normal.dot(normal) < kSameSide) continue;
+      least = squared, best = c.segment;
     }
     return {best, std::sqrt(least)};
   }
