@@ -14,7 +14,7 @@ void reverse(BeadPath& path) {
     const PathPoint& other = path.points[i - 1];
     end.width_mm = other.width_mm;
     end.tip_offset_mm = other.tip_offset_mm;
-    end.height_mm = clipped_height(2.0 * end.tip_offset_mm, end.position, end.normal);
+    end.height_mm = other.height_mm;
     end.volume_mm3 = end.height_mm * end.width_mm * (end.position - other.position).norm();
   }
   path.points.front().volume_mm3 = 0.0;
