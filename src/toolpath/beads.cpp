@@ -9,10 +9,10 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kChordTolerance = 0.015;     // mm
-constexpr double kThicknessTolerance = 0.025; // relative, to the middle of those under the joined segments
+constexpr double kThicknessTolerance = 0.019; // relative, of each that lies under the joined segments to their mean
 constexpr double kNormalTolerance = 0.0175;   // 1 degree between a normal that is left out and the interpolated one
 constexpr double kLargestTurn = 0.94;         // cosine of the angle between the normals at a segment's ends: 20 degrees
-constexpr double kShort = 0.02;               // mm; a shorter segment joins its neighbour whatever lies under it
+constexpr double kShort = 0.005;              // mm; a shorter segment joins its neighbour whatever lies under it
 constexpr double kLongest = 5.0;              // mm
 constexpr double kLongestIrregular = 1.2;     // mm
 constexpr int kMostJoined = 64;
@@ -32,7 +32,10 @@ struct Run {
     if (!counts) return;
     thinnest = std::min(thinnest, t), thickest = std::max(thickest, t);
   }
-  [[nodiscard]] bool even() const { return thickest <= thinnest * (1.0 + 2.0 * kThicknessTolerance); }
+  [[nodiscard]] bool even() const {
+    const double mean = thickness / weight;
+    return thickest <= mean * (1.0 + kThicknessTolerance) && thinnest >= mean * (1.0 - kThicknessTolerance);
+  }
   [[nodiscard]] double longest() const { return irregular ? kLongestIrregular : kLongest; }
 };
 
