@@ -71,9 +71,17 @@
 
   // ---------------------------------------------------------------- renderer and shaders
   const canvas = $('canvas');
+  // A renderer that runs on the processor pays for smooth edges with half its speed.
+  function drawnByProcessor() {
+    const gl = document.createElement('canvas').getContext('webgl');
+    const info = gl && gl.getExtension('WEBGL_debug_renderer_info');
+    const name = info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
+    if (gl && gl.getExtension('WEBGL_lose_context')) gl.getExtension('WEBGL_lose_context').loseContext();
+    return /swiftshader|llvmpipe|software|basic render/i.test(name);
+  }
   let renderer;
   try {
-    renderer = new THREE.WebGLRenderer({canvas, antialias: true});
+    renderer = new THREE.WebGLRenderer({canvas, antialias: !drawnByProcessor()});
   } catch (error) {
     $('note').textContent = 'This browser offers no WebGL, so the part cannot be drawn. The report works.';
   }
@@ -183,10 +191,10 @@
   }
   if (present('model_faces')) {
     const vertices = buffer('model_vertices'), faces = buffer('model_faces');
-    parts.model = indexed(vertices, faces, surfaceMaterial(kModel));
+    parts.model = detailedMesh(indexed(vertices, faces, surfaceMaterial(kModel)), vertices, faces);
     const chosen = buffer('overhang_faces'), index = new Uint32Array(3 * chosen.length);
     chosen.forEach((f, i) => { for (let k = 0; k < 3; ++k) index[3 * i + k] = faces[3 * f + k]; });
-    if (chosen.length) parts.overhang = indexed(vertices, index, surfaceMaterial(kOverhang, {shift: 2e-4}));
+    if (chosen.length) parts.overhang = detailedMesh(indexed(vertices, index, surfaceMaterial(kOverhang, {shift: 2e-4})), vertices, index);
   }
   if (present('bad_triangles')) {
     const geometry = new THREE.BufferGeometry();
@@ -204,50 +212,116 @@
     parts.bad_lines = add(new THREE.LineSegments(geometry, lineMaterial(kOverhang, {depthTest: false})));
   }
 
-  // ---------------------------------------------------------------- layers
-  // Line index over chains of the given lengths, keeping every `stride`-th point and the ends.
-  function chainIndex(counts, stride) {
+  // ---------------------------------------------------------------- the same with less detail
+  // Line index over chains of the given lengths, keeping every `stride`-th point and the ends of every `skip`-th chain.
+  // ends: where each chain ends in it.
+  function chainIndex(counts, stride, skip) {
     let size = 0, first = 0, at = 0;
-    for (const count of counts) size += 2 * Math.ceil(Math.max(count - 1, 0) / stride);
-    const index = new Uint32Array(size);
-    for (const count of counts) {
-      for (let i = 0; i + 1 < count; i += stride) {
+    const drawn = (c) => c % (skip || 1) === 0;
+    counts.forEach((count, c) => { if (drawn(c)) size += 2 * Math.ceil(Math.max(count - 1, 0) / stride); });
+    const index = new Uint32Array(size), ends = new Uint32Array(counts.length);
+    counts.forEach((count, c) => {
+      for (let i = 0; drawn(c) && i + 1 < count; i += stride) {
         index[at++] = first + i;
         index[at++] = first + Math.min(i + stride, count - 1);
       }
       first += count;
-    }
-    return index;
+      ends[c] = at;
+    });
+    return {index, ends};
   }
+  // Not many more than `most` segments; whole chains go only when four segments of each are too many.
+  function fewChains(counts, most) {
+    const total = counts.reduce((sum, count) => sum + Math.max(count - 1, 0), 0);
+    const skip = Math.max(Math.ceil(4 * counts.length / most), 1);
+    return chainIndex(counts, Math.max(Math.ceil(total / skip / most), 1), skip);
+  }
+  // Not many more than `most` triangles: vertices in one cell of a grid become the first of them. `ends` is where the parts
+  // of the index end whose vertices are not mixed; the result has its own.
+  function fewTriangles(vertices, index, ends, most) {
+    let made = {index, ends}, cells = Math.sqrt(most);
+    if (index.length <= 3 * most) return made;
+    for (let round = 0; round < 3; ++round) {
+      made = clustered(vertices, index, ends, cells);
+      const share = made.index.length / (3 * most);
+      if (share < 1.3 && share > 0.5) break;
+      cells /= Math.sqrt(share);
+    }
+    return made;
+  }
+  function clustered(vertices, index, ends, cells) {
+    const out = [], outEnds = [], scale = cells / 65535;
+    const flat = [0, 1, 2].map((k) => size.getComponent(k) / Math.max(size.x, size.y, size.z) * scale);
+    let i = 0;
+    for (const end of ends) {
+      const first = new Map();
+      const kept = (v) => {
+        const key = (Math.floor(vertices[3 * v] * flat[0]) * 2048 + Math.floor(vertices[3 * v + 1] * flat[1])) * 2048 + Math.floor(vertices[3 * v + 2] * flat[2]);
+        const found = first.get(key);
+        if (found !== undefined) return found;
+        first.set(key, v);
+        return v;
+      };
+      const seen = new Set();
+      for (; i < end; i += 3) {
+        const a = kept(index[i]), b = kept(index[i + 1]), c = kept(index[i + 2]);
+        if (a === b || b === c || c === a) continue;
+        const least = Math.min(a, b, c), key = least * 4294967296 + (a + b + c - least);
+        if (seen.has(key)) continue;
+        seen.add(key);
+        out.push(a, b, c);
+      }
+      outEnds.push(out.length);
+    }
+    return {index: new Uint32Array(out), ends: outEnds};
+  }
+  // What is drawn at each level of detail (see `adapt`): at most so many triangles, or segments, of each thing.
+  const kTriangles = [Infinity, Infinity, 30000, 8000, 2000], kSegments = [Infinity, Infinity, 120000, 30000, 6000];
+  // Keeps one index a level, made when it is first needed, and puts the wanted one into the geometry.
+  function detailed(geometry, make) {
+    const made = [];
+    return (level) => {
+      const l = Math.max(level, 1);
+      if (!made[l]) { const m = make(l); made[l] = {ends: m.ends, attribute: new THREE.BufferAttribute(m.index, 1)}; }
+      if (geometry.index !== made[l].attribute) geometry.setIndex(made[l].attribute);
+      return made[l].ends;
+    };
+  }
+  function detailedMesh(mesh, vertices, index, ends) {
+    mesh.detail = detailed(mesh.geometry, (level) => fewTriangles(vertices, index, ends || [index.length], kTriangles[level]));
+    return mesh;
+  }
+
+  // ---------------------------------------------------------------- layers
   function makeLayers(name, colour, dark) {
     if (!scene.buffers[name + '_triangles']) return null;
     const sheetLayer = buffer(name + '_sheet_layer'), triangles = buffer(name + '_sheet_triangles');
     const chains = buffer(name + '_sheet_chains'), counts = buffer(name + '_outline_counts');
     if (!sheetLayer.length) return null;
-    const fill = indexed(buffer(name + '_vertices'), buffer(name + '_triangles'), surfaceMaterial(colour));
+    const vertices = buffer(name + '_vertices'), index = buffer(name + '_triangles');
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', positions(buffer(name + '_outline')));
-    geometry.setIndex(new THREE.BufferAttribute(chainIndex(counts, 1), 1));
     const lines = add(new THREE.LineSegments(geometry, lineMaterial(dark)));
     // Where each sheet ends in both indices.
-    const triangleEnd = [0], lineEnd = [0];
-    let chain = 0;
+    const triangleEnd = [], chainEnd = [];
     for (let s = 0; s < sheetLayer.length; ++s) {
-      triangleEnd.push(triangleEnd[s] + 3 * triangles[s]);
-      let length = 0;
-      for (let c = 0; c < chains[s]; ++c, ++chain) length += 2 * Math.max(counts[chain] - 1, 0);
-      lineEnd.push(lineEnd[s] + length);
+      triangleEnd.push((triangleEnd[s - 1] || 0) + 3 * triangles[s]);
+      chainEnd.push((chainEnd[s - 1] || 0) + chains[s]);
     }
+    const fill = detailedMesh(indexed(vertices, index, surfaceMaterial(colour)), vertices, index, triangleEnd);
+    lines.detail = detailed(geometry, (level) => fewChains(counts, kSegments[level]));
     layerMax.low = Math.min(layerMax.low, sheetLayer[0]);
     layerMax.high = Math.max(layerMax.high, sheetLayer[sheetLayer.length - 1]);
     return {
       fill, lines,
-      range(from, to) {
+      range(from, to, level) {
         let a = 0, b = sheetLayer.length;
         while (a < b && sheetLayer[a] < from) ++a;
         while (b > a && sheetLayer[b - 1] > to) --b;
-        fill.geometry.setDrawRange(triangleEnd[a], triangleEnd[b] - triangleEnd[a]);
-        lines.geometry.setDrawRange(lineEnd[a], lineEnd[b] - lineEnd[a]);
+        const draw = (object, endOf) => object.geometry.setDrawRange(endOf(a), endOf(b) - endOf(a));
+        const fillEnd = fill.detail(level), lineEnd = lines.detail(level);
+        draw(fill, (s) => (s > 0 ? fillEnd[s - 1] : 0));
+        draw(lines, (s) => (s > 0 && chainEnd[s - 1] > 0 ? lineEnd[chainEnd[s - 1] - 1] : 0));
       },
     };
   }
@@ -296,7 +370,27 @@
         'varying vec3 vColour, vNormal; void main() { section(); gl_FragColor = vec4(vColour * lamp(normalize(vNormal)), 1.0); }',
         {uniforms: {uScale: {value: scale}, uLeast: {value: least}, uByCount: {value: colour}}})));
     };
-    return {most, thin: tube(1, 0.3, diagonal / 900), full: tube(0, 1, 0)};
+    // One line an edge, for machines that cannot draw tubes fast enough.
+    const tips = new Uint16Array(6 * radius.length), shade = new Float32Array(2 * radius.length);
+    tips.set(ends);
+    for (let i = 0; i < radius.length; ++i) shade[2 * i] = shade[2 * i + 1] = values[2 * i + 1];
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', positions(tips));
+    geometry.setAttribute('shade', new THREE.BufferAttribute(shade, 1));
+    const lines = add(new THREE.LineSegments(geometry, material(
+      `attribute vec3 position; attribute float shade; uniform float uByCount;
+       ${kBeadColour}
+       varying vec3 vColour;
+       void main() { vColour = uByCount > 0.5 ? mapped(shade) : uSupportColour; place(uLow + uSize * position); }`,
+      'varying vec3 vColour; void main() { section(); gl_FragColor = vec4(vColour, 1.0); }', {uniforms: {uByCount: {value: 1}}})));
+    // Thick branches first, so that the lowest level keeps the trunks.
+    const order = Array.from(radius.keys()).sort((a, b) => branches[b] - branches[a]);
+    lines.detail = detailed(geometry, (level) => {
+      const kept = order.slice(0, Math.min(kSegments[level], order.length)), index = new Uint32Array(2 * kept.length);
+      kept.forEach((edge, i) => { index[2 * i] = 2 * edge; index[2 * i + 1] = 2 * edge + 1; });
+      return {index, ends: [index.length]};
+    });
+    return {most, thin: tube(1, 0.3, diagonal / 900), full: tube(0, 1, 0), lines};
   }
   const skeleton = makeSkeleton();
 
@@ -394,12 +488,8 @@
          place(uLow + uSize * position.xyz);
        }`,
       'varying vec3 vColour; void main() { section(); gl_FragColor = vec4(vColour, 1.0); }');
-    const lines = [1, 4, 16].map((stride) => {
-      const lod = new THREE.BufferGeometry();
-      for (const name of Object.keys(lineAttributes)) lod.setAttribute(name, shared.attributes[name]);
-      lod.setIndex(new THREE.BufferAttribute(chainIndex(counts, stride), 1));
-      return add(new THREE.LineSegments(lod, lineShader));
-    });
+    const lines = add(new THREE.LineSegments(shared, lineShader));
+    lines.detail = detailed(shared, (level) => fewChains(counts, kSegments[level]));
     return {beads, lines, counts, first, times, time, kinds, layer, at, axis, count,
       ranges: {height: [leastHeight / 255 * paths.max_height_mm, paths.max_height_mm], tilt: [0, Math.acos(leastUp) * 180 / Math.PI],
         speed: [leastFeed / 255 * paths.max_feed_mm_s, paths.max_feed_mm_s], order: [0, paths.end_s]}};
@@ -436,10 +526,10 @@
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(points, 3));
     geometry.setAttribute('time', new THREE.BufferAttribute(time, 1));
-    geometry.setIndex(new THREE.BufferAttribute(chainIndex(counts, 1), 1));
     const lines = add(new THREE.LineSegments(geometry, material(
       'attribute vec3 position; attribute float time; uniform float uTime; void main() { if (time > uTime) nowhere(); else place(position); }',
       'uniform vec3 uColour; void main() { section(); gl_FragColor = vec4(uColour, 1.0); }', {uniforms: {uColour: {value: rgb(kTravel)}}})));
+    lines.detail = detailed(geometry, (level) => fewChains(counts, kSegments[level]));
     return {lines, points, times, counts, first};
   }
   const travels = makeTravels();
@@ -601,9 +691,12 @@
   canvas.addEventListener('wheel', (event) => { event.preventDefault(); flight = null; zoom(Math.exp(event.deltaY * 0.0012)); }, {passive: false});
 
   // ---------------------------------------------------------------- drawing
-  // Detail while something moves: 0 all, 1 fewer pixels, 2 beads as lines, 3 one point in 4 and no layer fill, 4 one in 16.
-  // Frames slower than 30 a second lower it, much faster ones raise it; a picture that stands still always has all detail.
+  // Detail while something moves: 0 all, 1 fewer pixels, 2 beads and branches as lines, from then on ever fewer lines and
+  // triangles; 3 no borders of layers, 4 half the pixels.
+  // Frames slower than 30 a second lower it, much faster ones raise it; a picture that stands still always has all detail,
+  // and what it costs says where to begin when something moves again.
   const kSlow = 33, kFast = 11, kLowest = 4;
+  function levelFor(cost) { return [kSlow, 60, 150, 500].filter((limit) => cost > limit).length; }
   let averageFrame = 16, fastFrames = 0;
   function adapt(frame) {
     averageFrame += 0.35 * (Math.min(frame, 400) - averageFrame);
@@ -645,12 +738,22 @@
     for (const name of ['model', 'support']) {
       if (!layers[name]) continue;
       const on = show[name + '_layers'];
-      layers[name].range(from, to);
-      set(layers[name].fill, on && level < 3);
-      set(layers[name].lines, on && (level !== 2));
+      if (on) layers[name].range(from, to, level);
+      set(layers[name].fill, on);
+      set(layers[name].lines, on && level < 3);
     }
-    if (skeleton) { set(skeleton.thin, show.skeleton); set(skeleton.full, show.struts); }
-    if (travels) set(travels.lines, show.travel);
+    for (const part of [parts.model, parts.overhang]) if (part && part.visible) part.detail(level);
+    if (skeleton) {
+      set(skeleton.thin, show.skeleton && level < 2);
+      set(skeleton.full, show.struts && level < 2);
+      set(skeleton.lines, (show.skeleton || show.struts) && level >= 2);
+      skeleton.lines.material.uniforms.uByCount.value = show.skeleton ? 1 : 0;
+      if (skeleton.lines.visible) skeleton.lines.detail(level);
+    }
+    if (travels) {
+      set(travels.lines, show.travel);
+      if (show.travel) travels.lines.detail(level);
+    }
     uniforms.uTime.value = state.time >= (paths ? paths.end_s : 0) ? 1e30 : state.time;
     uniforms.uLayers.value.set(from, to);
     uniforms.uMaterials.value.set(show.model_paths ? 1 : 0, show.support_paths ? 1 : 0);
@@ -661,10 +764,11 @@
       toolpaths.beads.geometry.maxInstancedCount = segments;
       const asBeads = level < 2 && beadsAffordable(segments, moving);
       set(toolpaths.beads, any && asBeads);
-      toolpaths.lines.forEach((lines, i) => set(lines, any && !asBeads && Math.max(level - 2, 0) === i));
+      set(toolpaths.lines, any && !asBeads);
+      if (toolpaths.lines.visible) toolpaths.lines.detail(level);
       const text = placeNozzle();
       nozzle.visible = any && state.time < paths.end_s;
-      if (controls.clock) controls.clock.textContent = text;
+      if (controls.clock && controls.clock.textContent !== text) controls.clock.textContent = text;
       const modes = ['material', 'height', 'tilt', 'speed', 'order'];
       uniforms.uMode.value = modes.indexOf(state.colour);
       const range = toolpaths.ranges[state.colour];
@@ -684,30 +788,35 @@
   function beadsAffordable(segments, moving) {
     return segments < kBeadsAlways || (lineCost > 0 && 10 * lineCost * segments < (moving ? 40 : 700));
   }
+  // Milliseconds until the picture is there: reading a pixel waits for it.
+  function timedRender() {
+    const gl = renderer.getContext(), begin = performance.now();
+    renderer.render(world, camera);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    return performance.now() - begin;
+  }
   function draw(level, moving) {
     if (!renderer) return;
     resize(level);
     applyCamera();
     applyState(level, moving);
-    const measure = toolpaths && lineCost === 0 && !moving && toolpaths.lines[0].visible;
-    const gl = measure ? renderer.getContext() : null, pixel = new Uint8Array(4);
-    const begin = performance.now();
-    renderer.render(world, camera);
+    if (moving) { renderer.render(world, camera); return; }
+    const measure = toolpaths && lineCost === 0 && toolpaths.lines.visible;
+    const cost = timedRender();
+    state.quality = levelFor(cost);
+    averageFrame = 20;
     if (!measure) return;
-    // The first picture uploads the buffers; the second one is timed. Reading a pixel waits for it.
-    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-    if (performance.now() - begin > 2000) { lineCost = 1; return; }
-    const again = performance.now();
-    renderer.render(world, camera);
-    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-    lineCost = (performance.now() - again) / toolpaths.count;
+    // The first picture uploads the buffers; the second one is timed.
+    if (cost > 2000) { lineCost = 1; return; }
+    lineCost = timedRender() / toolpaths.count;
     applyState(level, moving);
     if (toolpaths.beads.visible) renderer.render(world, camera);
   }
   function frame(now) {
     if (flight) { stepFlight(now); lastMove = now; }
     if (state.playing) play(now);
-    const moving = !!flight || state.playing || now - lastMove < 250;
+    // Slow frames come late themselves: that is no standing still.
+    const moving = !!flight || state.playing || now - lastMove < Math.max(250, 3 * averageFrame);
     if (moving && lastFrame) adapt(now - lastFrame);
     if (moving || !drawnStill) draw(moving ? state.quality : 0, moving);
     drawnStill = !moving;
@@ -991,6 +1100,7 @@
   // For tests: what the page is doing, without a way to change what it shows.
   window.curvesup = {
     ready: true, loadMilliseconds: performance.now() - begun, state, adapt,
+    fewTriangles, fewChains,
     camera: () => ({target: view.target.toArray(), distance: view.distance}),
     still: () => !awake && drawnStill && !flight,
     averageFrame: () => averageFrame,

@@ -126,6 +126,19 @@ def check_detail(browser):
     """Slow frames lower the detail, fast ones raise it again."""
     lowered = browser.run("for (let i = 0; i < 40; ++i) window.curvesup.adapt(200); return window.curvesup.state.quality")
     expect(lowered >= 3, f"slow frames leave the detail at level {lowered}")
+    segments, triangles, ends, valid = browser.run("""
+        const n = 100, vertices = new Uint16Array(3 * n * n), index = [];
+        for (let j = 0; j < n; ++j) for (let i = 0; i < n; ++i) {
+          vertices.set([600 * i, 600 * j, 30000], 3 * (n * j + i));
+          if (i + 1 < n && j + 1 < n) index.push(n * j + i, n * j + i + 1, n * j + i + n, n * j + i + 1, n * j + i + n + 1, n * j + i + n);
+        }
+        const half = 6 * Math.floor(index.length / 12);
+        const few = window.curvesup.fewTriangles(vertices, new Uint32Array(index), [half, index.length], 1000);
+        const chains = window.curvesup.fewChains(new Uint32Array([1000, 2, 500, 700]), 100);
+        return [chains.index.length / 2, few.index.length / 3, few.ends, few.index.every((v) => v < n * n)];""")
+    expect(20 <= segments <= 150, f"2200 segments become {segments} instead of about 100")
+    expect(300 <= triangles <= 2000 and valid, f"19602 triangles become {triangles} instead of about 1000")
+    expect(len(ends) == 2 and 0 < ends[0] < ends[1] == 3 * triangles, f"the parts of the fewer triangles end at {ends}")
     raised = browser.run("for (let i = 0; i < 900; ++i) window.curvesup.adapt(4); return window.curvesup.state.quality")
     expect(raised == 0, f"fast frames leave the detail at level {raised}")
 
