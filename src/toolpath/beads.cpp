@@ -19,14 +19,14 @@ constexpr int kMostJoined = 64;
 
 // What lies under the segments that are joined into one. Short ones have no say unless all are short.
 struct Run {
-  double length = 0.0, thickness = 0.0, weight = 0.0;
+  double length = 0.0, thickness = 0.0, height = 0.0, weight = 0.0;  // middle two: sums by weight
   double thinnest = 1e300, thickest = 0.0;
   bool irregular = false;
 
-  void add(double l, double t, bool is_irregular) {
+  void add(double l, double t, double h, bool is_irregular) {
     const bool counts = l >= kShort;
-    if (counts && thickest == 0.0) thickness = weight = 0.0;
-    if (counts || thickest == 0.0) thickness += l * t, weight += l;
+    if (counts && thickest == 0.0) thickness = height = weight = 0.0;
+    if (counts || thickest == 0.0) thickness += l * t, height += l * h, weight += l;
     length += l;
     irregular = irregular || is_irregular;
     if (!counts) return;
@@ -57,8 +57,8 @@ bool straight(const std::vector<TrackPoint>& points, std::size_t from, std::size
 
 }  // namespace
 
-double clipped_height(double thickness, const Vec3& position, const Vec3& normal) {
-  return std::min(thickness, std::max(0.0, position.z() + 0.5 * thickness * normal.z()));
+double clipped_height(double thickness, double z, double rise) {
+  return std::min(thickness, std::max(0.0, z + 0.5 * thickness * rise));
 }
 
 void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track& track) {
@@ -67,7 +67,9 @@ void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track
   std::vector<TrackPoint> kept{points[0]};
   const auto add = [&](Run& run, std::size_t to) {
     const Index under = points[to].triangle;
-    run.add((points[to].position - points[to - 1].position).norm(), mesh.thickness[under], irregular[under]);
+    const Vec3 &a = points[to - 1].position, &b = points[to].position;
+    const double thickness = mesh.thickness[under];
+    run.add((b - a).norm(), thickness, clipped_height(thickness, 0.5 * (a.z() + b.z()), mesh.rise[under]), irregular[under]);
   };
   for (std::size_t from = 0; from + 1 < points.size();) {
     Run run;
@@ -85,6 +87,7 @@ void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track
     if ((points[to].position - kept.back().position).norm() < 1e-6) continue;
     kept.push_back(points[to]);
     kept.back().thickness = run.thickness / run.weight;
+    kept.back().height = run.height / run.weight;
   }
   track.points = std::move(kept);
 }
@@ -97,7 +100,7 @@ BeadPath lay_beads(const Track& track) {
   const auto lay = [&](const TrackPoint& from, const TrackPoint& to, const TrackPoint& segment) {
     PathPoint point{.position = to.position, .normal = to.normal};
     point.width_mm = segment.width;
-    point.height_mm = clipped_height(segment.thickness, 0.5 * (from.position + to.position), to.normal);
+    point.height_mm = segment.height;
     point.tip_offset_mm = 0.5 * segment.thickness;
     point.volume_mm3 = point.height_mm * point.width_mm * (to.position - from.position).norm();
     path.points.push_back(point);

@@ -11,11 +11,12 @@ struct BeadPath {
   std::vector<PathPoint> points;
 };
 
-// Height of a bead of the given thickness whose middle is at `position`: to the platform where that is nearer.
-[[nodiscard]] double clipped_height(double thickness, const Vec3& position, const Vec3& normal);
+// Height of a bead in a layer of the given thickness whose middle is at z and whose print direction rises by `rise`: down
+// to the platform where that is nearer.
+[[nodiscard]] double clipped_height(double thickness, double z, double rise);
 
 // Joins segments while the track stays straight, the layer equally thick and the normal turns evenly, and notes the mean
-// thickness under each. On irregular triangles segments stay short, so that their widths can follow the piece.
+// thickness and height under each. On irregular triangles segments stay short, so that their widths can follow the piece.
 void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track& track);
 
 // Gives each segment of a thinned track its height and volume.

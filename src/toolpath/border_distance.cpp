@@ -376,9 +376,10 @@ bool BorderDistance::refine(const DistanceOptions& options) {
   if (!any) return false;
 
   std::vector<std::array<Index, 3>> triangles;
-  std::vector<double> thickness;
+  std::vector<double> thickness, rise;
   triangles.reserve(2 * mesh_.triangles.size());
   thickness.reserve(2 * mesh_.triangles.size());
+  rise.reserve(2 * mesh_.triangles.size());
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
     const auto& corner = mesh_.triangles[t];
     std::array<Index, 3> cut;
@@ -387,6 +388,7 @@ bool BorderDistance::refine(const DistanceOptions& options) {
     const auto add = [&](Index a, Index b, Index c) {
       triangles.push_back({a, b, c});
       thickness.push_back(mesh_.thickness[t]);
+      rise.push_back(mesh_.rise[t]);
     };
     if (count == 0) {
       add(corner[0], corner[1], corner[2]);
@@ -416,6 +418,7 @@ bool BorderDistance::refine(const DistanceOptions& options) {
   }
   mesh_.triangles = std::move(triangles);
   mesh_.thickness = std::move(thickness);
+  mesh_.rise = std::move(rise);
   connect_triangles(mesh_);
   return true;
 }

@@ -177,6 +177,7 @@ std::vector<PieceMesh> split_into_pieces(const LayerStack& stack, const Sheet& s
       const double slope = gradient.norm();
       piece.thickness.push_back(slope > 0.0 ? 1.0 / (stack.count * sheet.passes * slope) : 0.0);
       direction.push_back(slope > 0.0 ? Vec3(gradient / slope) : Vec3::UnitZ());
+      piece.rise.push_back(direction.back().z());
       std::array<Index, 3> across = neighbours[t];
       for (Index& n : across) n = n == kNone ? kNone : piece_triangle[n];
       piece.neighbours.push_back(across);

@@ -16,6 +16,7 @@ struct PieceMesh {
   std::vector<std::array<Index, 3>> triangles;
   std::vector<std::array<Index, 3>> neighbours;  // across edge i; kNone on the border
   std::vector<double> thickness;                 // of the layer at each triangle
+  std::vector<double> rise;                      // z of the unit gradient of G there
   double area = 0.0;
 };
 

@@ -54,7 +54,7 @@ double sheet_volume(const LayerStack& stack, const Sheet& sheet, std::span<const
     const Vec3 centre = (stack.vertices[a] + stack.vertices[b] + stack.vertices[c]) / 3.0;
     const double thickness = 1.0 / (stack.count * sheet.passes * slope);
     sum += triangle_area(stack.vertices[a], stack.vertices[b], stack.vertices[c]) *
-           clipped_height(thickness, centre, gradient[t] / slope);
+           clipped_height(thickness, centre.z(), gradient[t].z() / slope);
   }
   return sum;
 }

@@ -13,7 +13,7 @@ struct TrackPoint {
   Vec3 normal = Vec3::UnitZ();
   double width = 0.0;
   Index triangle = kNone;
-  double thickness = 0.0;  // mean of the layer under the segment that ends here; set by thin_track
+  double thickness = 0.0, height = 0.0;  // means under the segment that ends here, full and clipped; set by thin_track
 };
 
 // A path inside one piece, before it is cut into beads. A closed track repeats its first point at its end.
