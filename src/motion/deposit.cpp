@@ -92,7 +92,11 @@ void Deposit::build() {
     nodes_[node].x = static_cast<float>(centre.x());
     nodes_[node].y = static_cast<float>(centre.y());
     nodes_[node].z = static_cast<float>(centre.z());
-    nodes_[node].radius = static_cast<float>(0.5 * (highs[node] - lows[node]).norm() + kFloatError);
+    const Vec3 half = 0.5 * (highs[node] - lows[node]) + Vec3::Constant(kFloatError);
+    nodes_[node].half_x = static_cast<float>(half.x());
+    nodes_[node].half_y = static_cast<float>(half.y());
+    nodes_[node].half_z = static_cast<float>(half.z());
+    nodes_[node].radius = static_cast<float>(half.norm() + kFloatError);
   }
 }
 
@@ -104,7 +108,7 @@ bool Deposit::visit(Index before, const Excluded& excluded, const Visit& visit) 
   stack[depth++] = 1;
   while (depth > 0) {
     const std::size_t node = stack[--depth];
-    if (nodes_[node].earliest >= before || excluded(nodes_[node].centre(), nodes_[node].radius)) continue;
+    if (nodes_[node].earliest >= before || excluded(nodes_[node])) continue;
     if (node < leaves_) {
       stack[depth++] = 2 * node + 1;
       stack[depth++] = 2 * node;
@@ -130,20 +134,18 @@ bool Deposit::search(Index before, double clearance, const Excluded& excluded, c
 
 bool Deposit::touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
                            double clearance, Index before, Contact* contact) const {
-  const auto split = [&](const Vec3& point, double& height, double& radius) {
-    const Vec3 offset = point - tip;
-    height = offset.dot(axis);
-    radius = std::sqrt(std::max(0.0, offset.squaredNorm() - height * height));
-  };
-  const auto excluded = [&](const Vec3& centre, double extent) {
-    double height, radius;
-    split(centre, height, radius);
-    return height + extent <= free_height || head.distance_bound(height, radius) - extent >= clearance;
+  const auto excluded = [&](const Node& node) {
+    const double height = (node.centre() - tip).dot(axis);
+    if (height + node.reach(axis) <= free_height) return true;
+    const double radius = std::sqrt(std::max(0.0, (node.centre() - tip).squaredNorm() - height * height));
+    return head.distance_bound(height, radius) - node.radius >= clearance;
   };
   const auto gap = [&](const Vec3& point) {
-    double height, radius;
-    split(point, height, radius);
-    if (height <= free_height || head.distance_bound(height, radius) >= clearance) return kNoGap;
+    const Vec3 offset = point - tip;
+    const double height = offset.dot(axis);
+    if (height <= free_height) return kNoGap;
+    const double radius = std::sqrt(std::max(0.0, offset.squaredNorm() - height * height));
+    if (head.distance_bound(height, radius) >= clearance) return kNoGap;
     return head.distance(height, radius);
   };
   return search(before, clearance, excluded, gap, contact);
@@ -152,7 +154,7 @@ bool Deposit::touches_head(const HeadShape& head, const Vec3& tip, const Vec3& a
 namespace {
 
 constexpr std::size_t kMostTogether = 32;
-constexpr double kTogether_mm = 2.5, kTogether_rad = 0.15;
+constexpr double kTogether_mm = 4.0, kTogether_rad = 0.15;
 
 // Poses of the head that are near each other, and how far any of them is from one in their middle.
 struct HeadBundle {
@@ -173,11 +175,14 @@ struct HeadBundle {
     }
   }
 
-  // Nothing within `extent` of `centre` touches any of the poses.
-  [[nodiscard]] bool clear_of(const Vec3& centre, double extent, const HeadShape& head, double clearance) const {
+  // Nothing within `extent` of `centre`, nor higher than `reach` above it along the axis, touches any of the poses.
+  [[nodiscard]] bool clear_of(const Vec3& centre, double extent, double reach, const HeadShape& head,
+                              double clearance) const {
     const Vec3 offset = centre - tip;
-    const double squared = offset.squaredNorm(), height = offset.dot(axis), far = std::sqrt(squared) + extent;
-    if (height + extent + far * turn + rise <= 0.0) return true;
+    const double height = offset.dot(axis), top = height + reach + rise;
+    if (top + (offset.lpNorm<1>() + extent) * turn <= 0.0) return true;
+    const double squared = offset.squaredNorm(), far = std::sqrt(squared) + extent;
+    if (top + far * turn <= 0.0) return true;
     const double radius = std::sqrt(std::max(0.0, squared - height * height));
     // 1.05: an angle over its chord; distances change no more than a point is moved.
     return head.distance_bound(height, radius) - extent - shift - 1.05 * turn * (far + shift) >= clearance;
@@ -199,9 +204,11 @@ void Deposit::touches_head(const HeadShape& head, std::span<const HeadPose> pose
     near.clear();
     visit(
         bundle.before,
-        [&](const Vec3& centre, double extent) { return bundle.clear_of(centre, extent, head, clearance); },
+        [&](const Node& node) {
+          return bundle.clear_of(node.centre(), node.radius, node.reach(bundle.axis), head, clearance);
+        },
         [&](const Sample& sample) {
-          if (!bundle.clear_of(sample.position, 0.0, head, clearance)) near.push_back(sample);
+          if (!bundle.clear_of(sample.position, 0.0, 0.0, head, clearance)) near.push_back(sample);
           return false;
         });
     for (std::size_t i = begin; i < end; ++i) {
@@ -224,7 +231,7 @@ bool Deposit::touches_capsule(const Vec3& a, const Vec3& b, double radius, doubl
                               Contact* contact) const {
   if (std::min(a.z(), b.z()) - radius - clearance > top_before(before)) return false;
   const auto gap = [&](const Vec3& point) { return distance_to_segment(point, a, b) - radius; };
-  const auto excluded = [&](const Vec3& centre, double extent) { return gap(centre) - extent >= clearance; };
+  const auto excluded = [&](const Node& node) { return gap(node.centre()) - node.radius >= clearance; };
   return search(before, clearance, excluded, gap, contact);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -53,18 +54,24 @@ class Deposit {
     Vec3 position;
     Index point;
   };
+  // A box, and the sphere around it.
   struct Node {
-    float x = 0.0f, y = 0.0f, z = 0.0f, radius = 0.0f;
+    float x = 0.0f, y = 0.0f, z = 0.0f;
+    float half_x = 0.0f, half_y = 0.0f, half_z = 0.0f, radius = 0.0f;
     Index earliest = std::numeric_limits<Index>::max();
     [[nodiscard]] Vec3 centre() const { return {x, y, z}; }
+    // How far the box reaches from its centre along a unit vector.
+    [[nodiscard]] double reach(const Vec3& axis) const {
+      return std::abs(axis.x()) * half_x + std::abs(axis.y()) * half_y + std::abs(axis.z()) * half_z;
+    }
   };
-  static constexpr std::size_t kLeafSize = 8;
+  static constexpr std::size_t kLeafSize = 16;
 
   void build();
   // visit(sample) for each sample that is laid and in no excluded node; it returns true to end the search.
   template <class Excluded, class Visit>
   bool visit(Index before, const Excluded& excluded, const Visit& visit) const;
-  // excluded(centre, radius): nothing within radius of centre can count; gap(point): by how much a sample misses the
+  // excluded(node): nothing inside the node can count; gap(point): by how much a sample misses the
   // body, or kNoGap when it does not count.
   template <class Excluded, class Gap>
   bool search(Index before, double clearance, const Excluded& excluded, const Gap& gap, Contact* contact) const;
