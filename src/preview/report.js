@@ -63,7 +63,12 @@ window.curvesupReport = (function () {
     'emit.chunk_mismatch_s': 'Arm and extruder stay in step between two waits for each other.',
     'emit.flow_ratio': 'The extruder never needs more flow than the filament allows.',
   };
-  function meaning(name) { return kMeaning[name] || ''; }
+  // What a check that holds tells, and what one that failed should.
+  function sentence(check) {
+    const text = kMeaning[check.name];
+    if (!text) return check.detail;
+    return check.ok ? text : `Wanted: ${text[0].toLowerCase()}${text.slice(1)}`;
+  }
 
   const kSections = {
     input: ['Input', 'The file that was sliced.'],
@@ -189,8 +194,8 @@ window.curvesupReport = (function () {
     table.append(el('tr', {}, ...['', 'check', 'value', 'limit', 'what it means'].map((h) => el('th', {}, h))));
     const ordered = [...scene.checks].sort((a, b) => Number(a.ok) - Number(b.ok));
     for (const check of ordered) {
-      const text = scene.inspect ? check.detail : meaning(check.name) || check.detail;
-      const extra = !scene.inspect && meaning(check.name) && check.detail ? el('details', {}, el('summary', {}, 'how'), check.detail) : null;
+      const text = scene.inspect ? check.detail : sentence(check);
+      const extra = !scene.inspect && kMeaning[check.name] && check.detail ? el('details', {}, el('summary', {}, check.ok ? 'how it was measured' : 'what was measured'), check.detail) : null;
       table.append(el('tr', {},
         el('td', {}, el('span', {class: 'pill ' + (check.ok ? 'good-back' : 'bad-back')}, scene.inspect ? check.severity : check.ok ? 'passed' : 'failed')),
         nameCell(check.name, tools), el('td', {class: 'number'}, short(check.value)), el('td', {class: 'number'}, short(check.limit)),
@@ -244,5 +249,5 @@ window.curvesupReport = (function () {
     if (report.program) root.append(el('p', {class: 'hint'}, `${report.program.name} ${report.program.version}`));
   }
 
-  return {build, meaning};
+  return {build, sentence};
 })();

@@ -81,6 +81,10 @@ CoarseSheet SheetReader::coarse(double cell_mm) const {
   std::sort(keyed.begin(), keyed.end(),
             [](const Keyed& a, const Keyed& b) { return a.cell != b.cell ? a.cell < b.cell : a.vertex < b.vertex; });
 
+  const auto normal = [](const auto& at, const std::array<Index, 3>& c) { return area_normal(at[c[0]], at[c[1]], at[c[2]]); };
+  const auto normal_of_sheet = [&](const std::array<Index, 3>& t) {
+    return area_normal(stack_.vertices[vertices_[t[0]]], stack_.vertices[vertices_[t[1]]], stack_.vertices[vertices_[t[2]]]);
+  };
   CoarseSheet out;
   std::vector<Index> cluster(vertices_.size());
   for (std::size_t begin = 0; begin < keyed.size();) {
@@ -96,6 +100,8 @@ CoarseSheet SheetReader::coarse(double cell_mm) const {
   for (const auto& t : triangles_) {
     std::array<Index, 3> c = {cluster[t[0]], cluster[t[1]], cluster[t[2]]};
     if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
+    // Moved together, a triangle may turn over: its other side would show as a dark speck.
+    if (normal(out.vertices, c).dot(normal_of_sheet(t)) < 0.0) std::swap(c[1], c[2]);
     std::rotate(c.begin(), std::min_element(c.begin(), c.end()), c.end());
     out.triangles.push_back(c);
   }

@@ -50,7 +50,7 @@
   }
 
   // ---------------------------------------------------------------- colours
-  const kModel = '#8fa9c9', kSupport = '#e9a13b', kOverhang = '#d33f33', kMark = '#c2179b', kTravel = '#7a8694';
+  const kModel = '#8fa9c9', kSupport = '#e9a13b', kOverhang = '#d33f33', kMark = '#c2179b', kTravel = '#7a8694', kNozzle = '#3b4652';
   const kMap = [[0.27, 0.05, 0.40], [0.24, 0.34, 0.62], [0.13, 0.57, 0.55], [0.48, 0.80, 0.32], [0.99, 0.86, 0.14]];
   function rgb(hex) { return new THREE.Color(hex); }
   function mapColour(f) {
@@ -541,7 +541,7 @@
     const geometry = new THREE.ConeBufferGeometry(length * Math.tan(scene.nozzle.half_angle_rad), length, 24, 1, false);
     geometry.rotateX(-Math.PI / 2);
     geometry.translate(0, 0, length / 2);
-    const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({color: 0x3b4652, transparent: true, opacity: 0.55}));
+    const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({color: kNozzle, transparent: true, opacity: 0.55}));
     const group = new THREE.Group();
     group.add(mesh, new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 40), new THREE.LineBasicMaterial({color: 0x20262d})));
     world.add(group);
@@ -558,6 +558,9 @@
     }
     return a - 1;
   }
+  // The report's time holds heating and changes of material too, during which nothing moves.
+  const printTime = ((scene.report || {}).print || {}).time_s || 0;
+  const withoutChanges = paths && printTime > 1.01 * paths.end_s ? ' (without material changes)' : '';
   // Where the nozzle is at state.time, and what it does there.
   function placeNozzle() {
     const path = Math.max(lastAtMost(toolpaths.times, 2, state.time), 0);
@@ -582,7 +585,7 @@
     nozzle.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
     const material = toolpaths.kinds[path] & 1 ? 'support' : 'model';
     const tilt = Math.acos(Math.min(Math.max(axis.z, -1), 1)) * 180 / Math.PI;
-    return `${clockText(state.time)} of ${clockText(paths.end_s)} · ${moving ? 'travel' : material} · layer ${toolpaths.layer[path]} · ` +
+    return `${clockText(state.time)} of ${clockText(paths.end_s)}${withoutChanges} · ${moving ? 'travel' : material} · layer ${toolpaths.layer[path]} · ` +
       `path ${path + 1} of ${toolpaths.counts.length} · tilt ${tilt.toFixed(0)}°`;
   }
 
@@ -960,7 +963,7 @@
     return el('button', {class: 'check' + (check.ok ? '' : ' bad') + (check.severity === 'mended' ? ' mended' : ''), 'data-check': check.name,
       onclick: () => visit(check)},
       scene.inspect ? `${check.name}: ${check.value} (${check.severity})` : check.name,
-      el('small', {}, (scene.inspect ? check.detail : `${short(check.value)}, limit ${short(check.limit)}. ${window.curvesupReport.meaning(check.name) || check.detail}`) + where));
+      el('small', {}, (scene.inspect ? check.detail : `${short(check.value)}, limit ${short(check.limit)}. ${window.curvesupReport.sentence(check)}`) + where));
   }
   function checkSection() {
     const failed = checks.filter((c) => !c.ok), passed = checks.filter((c) => c.ok);
@@ -976,7 +979,7 @@
   function buildPanel() {
     const panel = $('panel');
     const failed = checks.some((c) => !c.ok);
-    if (failed || scene.inspect) panel.append(...checkSection().filter(Boolean));
+    if (scene.inspect) panel.append(...checkSection().filter(Boolean));
     const usable = Object.entries(kPresets).filter(([, p]) => p.on.filter((n) => n !== 'model').some(possible));
     if (!scene.inspect && usable.length > 1) {
       const grid = el('div', {class: 'presets'});
@@ -986,6 +989,7 @@
       }
       panel.append(el('h2', {}, 'Look at'), grid);
     }
+    if (failed && !scene.inspect) panel.append(...checkSection().filter(Boolean));
     if (layers.model || layers.support || toolpaths) panel.append(...layerSection());
     if (toolpaths) panel.append(...pathSection());
     panel.append(...sectionSection());
@@ -1013,6 +1017,7 @@
     if (scene.inspect && (parts.bad || parts.bad_lines)) swatch(kOverhang, 'bad elements');
     if (s.marks && parts.marks) swatch(kMark, scene.inspect ? 'places of problems' : 'failed checks');
     if (s.travel && travels) swatch(kTravel, 'travel');
+    if (nozzle && (s.model_paths || s.support_paths)) swatch(kNozzle, 'nozzle, while the print plays');
     if (s.skeleton && skeleton) scale('branches carried (logarithmic)', '1', String(skeleton.most));
     if (byPath) {
       const range = toolpaths.ranges[state.colour];

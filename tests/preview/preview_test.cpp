@@ -133,6 +133,19 @@ TEST(Thin, SheetKeepsItsPlaceAndNearlyItsArea) {
   EXPECT_LT(area, 100.0 + 1e-9);
 }
 
+// A sheet bent so sharply that moving vertices to the means of their cells turns triangles over.
+TEST(Thin, CoarseTrianglesKeepTheirSide) {
+  LayerStack stack = square_sheet(60);
+  for (Vec3& v : stack.vertices) v.z() = 0.8 * std::abs(std::fmod(v.x() + 0.3 * v.y(), 1.4) - 0.7);
+  SheetReader reader(stack);
+  reader.read(stack.sheets[0]);
+  const CoarseSheet coarse = reader.coarse(0.45);
+  ASSERT_GT(coarse.triangles.size(), 200u);
+  for (const auto& t : coarse.triangles) {
+    EXPECT_GE(area_normal(coarse.vertices[t[0]], coarse.vertices[t[1]], coarse.vertices[t[2]]).z(), -1e-12);
+  }
+}
+
 TEST(Thin, BordersAreClosedChains) {
   const LayerStack stack = square_sheet(20, true);
   SheetReader reader(stack);
