@@ -237,7 +237,8 @@ Json removed_json(const std::vector<RemovedPiece>& removed) {
   Json list = Json::array();
   for (const RemovedPiece& piece : removed) {
     list.push_back({{"layer", piece.layer}, {"pass", piece.pass}, {"area_mm2", piece.area_mm2},
-                    {"centroid_mm", {piece.centroid.x(), piece.centroid.y(), piece.centroid.z()}}});
+                    {"centroid_mm", {piece.centroid.x(), piece.centroid.y(), piece.centroid.z()}},
+                    {"reason", piece.floating ? "floating" : "small"}});
   }
   return list;
 }

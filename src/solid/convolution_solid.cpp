@@ -12,6 +12,7 @@ namespace curvesup {
 namespace {
 
 constexpr double kStraight = 0.02;    // radii: how far a joined node may lie off its strut
+constexpr double kModelFoot = 0.5;    // of the radius, where a trunk stands on the model
 constexpr double kBoundSlack = 1e-9;  // rounding of the sums that bounds() must enclose
 constexpr double kMaxCells = 4e6;
 // Cell sizes and margins in mm: the first grid serves value(), the others bounds() of balls up to their margin.
@@ -39,6 +40,28 @@ Chains find_chains(const Skeleton& skeleton) {
     ++chains.arrivals[skeleton.edges[e].lower];
   }
   return chains;
+}
+
+// The radius of each edge's strut. A trunk that ends on the model stands there on a part of its radius and widens by 45
+// degrees on its way up: where it is wider than the model is, the rest of it would be laid on air.
+std::vector<double> tapered_radii(const Skeleton& skeleton) {
+  double thinnest = std::numeric_limits<double>::infinity();
+  for (const SkeletonEdge& e : skeleton.edges) thinnest = std::min(thinnest, e.radius_mm);
+  std::vector<double> height(skeleton.nodes.size(), std::numeric_limits<double>::infinity());  // over the model end
+  std::vector<double> foot(skeleton.nodes.size(), 0.0);                                        // radius there
+  std::vector<double> radius(skeleton.edges.size());
+  for (std::size_t e = skeleton.edges.size(); e-- > 0;) {
+    const SkeletonEdge& edge = skeleton.edges[e];
+    const double length = (skeleton.nodes[edge.upper].position - skeleton.nodes[edge.lower].position).norm();
+    if (skeleton.nodes[edge.lower].kind == NodeKind::model_end) {
+      height[edge.lower] = 0.0;
+      foot[edge.lower] = std::max(foot[edge.lower], std::max(thinnest, kModelFoot * edge.radius_mm));
+    }
+    height[edge.upper] = height[edge.lower] + length;
+    foot[edge.upper] = foot[edge.lower];
+    radius[e] = std::min(edge.radius_mm, foot[edge.lower] + height[edge.lower] + 0.5 * length);
+  }
+  return radius;
 }
 
 // How far past the end of a long strut, in radii, the surface reaches along the axis.
@@ -83,6 +106,7 @@ std::vector<double> shortened(const Skeleton& skeleton, const Chains& chains, do
 
 std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio) {
   const Chains chains = find_chains(skeleton);
+  const std::vector<double> radius = tapered_radii(skeleton);
   const std::vector<double> cut = shortened(skeleton, chains, kernel_ratio);
   std::vector<char> joined(skeleton.edges.size(), 0);
   std::vector<Strut> struts;
@@ -95,19 +119,19 @@ std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio) {
     while (chains.arrivals[end] == 1 && chains.below[end] != kNone) {
       const Index next = chains.below[end];
       const Vec3& after = skeleton.nodes[skeleton.edges[next].lower].position;
-      if (skeleton.edges[next].radius_mm != first.radius_mm || cut[next] > 0.0) break;
+      if (radius[next] != radius[e] || cut[next] > 0.0) break;
       passed.push_back(skeleton.nodes[end].position);
       const bool straight = std::all_of(passed.begin(), passed.end(), [&](const Vec3& p) {
-        return (closest_point_on_segment(p, start, after) - p).norm() <= kStraight * first.radius_mm;
+        return (closest_point_on_segment(p, start, after) - p).norm() <= kStraight * radius[e];
       });
       if (!straight) break;
       joined[next] = 1;
       end = skeleton.edges[next].lower;
     }
-    Strut strut{start, skeleton.nodes[end].position, first.radius_mm};
+    Strut strut{start, skeleton.nodes[end].position, radius[e]};
     const Vec3 direction = (strut.b - strut.a).normalized();
-    if (skeleton.nodes[first.upper].kind == NodeKind::leaf) strut.a -= first.radius_mm * direction;
-    if (skeleton.nodes[end].kind == NodeKind::platform_end) strut.b += first.radius_mm * direction;
+    if (skeleton.nodes[first.upper].kind == NodeKind::leaf) strut.a -= radius[e] * direction;
+    if (skeleton.nodes[end].kind == NodeKind::platform_end) strut.b += radius[e] * direction;
     if (cut[e] > 0.0) {
       strut.b -= cut[e] * direction;
       if ((strut.b - strut.a).dot(direction) <= 0.0) continue;

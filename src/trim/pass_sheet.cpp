@@ -40,7 +40,7 @@ bool points_into(const TetMesh& mesh, Index tet, int face, const Vec3& u) {
 }  // namespace
 
 std::optional<ColumnPoint> follow_gradient(const Domain& domain, const ScalarField& field, Index tet, const Vec3& p,
-                                           double target) {
+                                           double target, Through through) {
   const TetMesh& mesh = domain.mesh;
   const auto value_at = [&](Index t, const Vec3& q) {
     const Index v = mesh.tets[t][0];
@@ -62,7 +62,8 @@ std::optional<ColumnPoint> follow_gradient(const Domain& domain, const ScalarFie
     }
     at.position += to_exit * direction;
     const Index next = domain.topology.neighbours[at.tet][exit];
-    if (next == kNone || domain.region(next) == Material::model) return std::nullopt;
+    if (through == Through::everything && next == kNone) return ColumnPoint{kNone, at.position};
+    if (next == kNone || (through == Through::support && domain.region(next) == Material::model)) return std::nullopt;
     const auto& back = domain.topology.neighbours[next];
     entry = static_cast<int>(std::find(back.begin(), back.end(), at.tet) - back.begin());
     at.tet = next;

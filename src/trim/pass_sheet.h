@@ -11,14 +11,16 @@
 
 namespace curvesup {
 
-// The point with G = target on the gradient line through p, followed through the support tets; none where the line meets
-// the model or the outer boundary first. O(tets passed).
+// The point with G = target on the gradient line through p. Followed through the support tets: none where the line meets
+// the model or the outer boundary first. Followed through everything: with no tet where it leaves the domain.
+// O(tets passed).
 struct ColumnPoint {
   Index tet = kNone;
   Vec3 position = Vec3::Zero();
 };
-[[nodiscard]] std::optional<ColumnPoint> follow_gradient(const Domain& domain, const ScalarField& field, Index tet,
-                                                         const Vec3& p, double target);
+enum class Through { support, everything };
+[[nodiscard]] std::optional<ColumnPoint> follow_gradient(const Domain& domain, const ScalarField& field, Index tet, const Vec3& p,
+                                                         double target, Through through = Through::support);
 
 // One pass of a slab, extracted and cut only where it is asked for: from a tet the sheet is followed across every face at
 // which it may be inside the solid, so that what is found consists of whole pieces.

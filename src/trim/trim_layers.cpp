@@ -9,6 +9,7 @@
 #include "curvesup/mesh/triangle_mesh.h"
 #include "curvesup/trim/trim.h"
 #include "trim/divide_slab.h"
+#include "trim/drop_floating.h"
 #include "trim/sheet_cutter.h"
 #include "trim/trimmed_sheet.h"
 
@@ -229,6 +230,41 @@ struct TrimmedLayer {
   Index pieces = 0, pieces_in_passes = 0;
 };
 
+// Removes the pieces that nothing carries; the model or other support does not reach below enough of them.
+void drop_floating(const Domain& domain, const ScalarField& field, int layer_count, const Solid& solid,
+                   const TrimOptions& options, std::vector<TrimmedLayer>& layers, const RunContext& run) {
+  std::vector<TrimmedSheet*> sheets;
+  std::vector<TrimmedLayer*> layer_of;
+  for (TrimmedLayer& layer : layers) {
+    for (TrimmedSheet& sheet : layer.sheets) {
+      sheets.push_back(&sheet);
+      layer_of.push_back(&layer);
+    }
+  }
+  std::vector<FloatingPiece> floating;
+  if (options.remove_floating) floating = find_floating(domain, field, layer_count, solid, sheets, run);
+  for (std::size_t i = 0; i < floating.size();) {
+    const std::size_t s = floating[i].sheet;
+    TrimmedSheet& sheet = *sheets[s];
+    TrimmedLayer& layer = *layer_of[s];
+    std::vector<char> keep(sheet.pieces.size(), 1);
+    for (; i < floating.size() && floating[i].sheet == s; ++i) {
+      const Piece& piece = sheet.pieces[floating[i].piece];
+      keep[floating[i].piece] = 0;
+      layer.removed.push_back({sheet.head.layer, sheet.head.pass, sheet.head.passes, piece.area, piece.centroid, true});
+      --layer.pieces;
+      if (sheet.head.passes > 1) {
+        --layer.pieces_in_passes;
+      } else {
+        layer.areas.kept_mm2 -= piece.area;
+        layer.areas.removed_mm2 += piece.area;
+      }
+    }
+    keep_pieces(sheet, keep);
+  }
+  for (TrimmedSheet* sheet : sheets) compact(*sheet);
+}
+
 // Divides a trimmed layer into what is laid at once and what in passes; drops the pieces below the smallest area.
 TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int layer_count, const std::vector<char>& reachable,
                           const Solid& solid, TrimmedSheet middle, const TrimOptions& options, double max_height_mm) {
@@ -269,7 +305,6 @@ TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int la
     keep_pieces(sheet, present);
     layer.sheets.push_back(std::move(sheet));
   }
-  for (TrimmedSheet& sheet : layer.sheets) compact(sheet);
   return layer;
 }
 
@@ -303,6 +338,7 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
       run.progress(static_cast<double>(++done) / static_cast<double>(layers.size()));
     }
   });
+  drop_floating(domain, field, untrimmed.count, solid, options, layers, run);
   std::vector<TrimmedSheet> trimmed;
   for (TrimmedLayer& layer : layers) {
     report.areas.kept_mm2 += layer.areas.kept_mm2;
@@ -342,8 +378,8 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
                                           1.25 * report.max_height_mm,
                                           "99th percentile of the printed support's height by area, mm"));
   }
-  run.log(LogLevel::info, format("trim: %d layers of support, %d pieces, %zu small ones removed", report.support_layers,
-                                 report.support_pieces, report.removed.size()));
+  run.log(LogLevel::info, format("trim: %d layers of support, %d pieces, %zu small or floating ones removed",
+                                 report.support_layers, report.support_pieces, report.removed.size()));
   return result;
 }
 

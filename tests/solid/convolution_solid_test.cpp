@@ -195,7 +195,7 @@ TEST(Struts, CollinearEdgesAreJoinedAndEndsExtended) {
   EXPECT_LT(struts[1].b.z(), 0.0);
 }
 
-TEST(ConvolutionSolid, AThickTrunkReachesPastItsModelEndNoFurtherThanALeaf) {
+TEST(ConvolutionSolid, ATrunkStandsOnTheModelByAFootThatWidensUpwards) {
   // A leaf's strut and a trunk of radius 5 in edges of 0.7 mm, both down to model ends at z = 20.
   Skeleton s;
   s.nodes = {{{-40, 0, 40}, 0, 40, NodeKind::leaf}, {{-40, 0, 20}, 0, 20, NodeKind::model_end}};
@@ -208,11 +208,16 @@ TEST(ConvolutionSolid, AThickTrunkReachesPastItsModelEndNoFurtherThanALeaf) {
   s.nodes.back().kind = NodeKind::model_end;
   s.nodes.back().position.z() = 20.0;
   const ConvolutionSolid solid(s);
-  const double leaf = radius_at(solid, {-40, 0, 25}, -Vec3::UnitZ()) - 5.0;
-  const double trunk = radius_at(solid, {0.01, 0, 25}, -Vec3::UnitZ()) - 5.0;
-  EXPECT_NEAR(leaf, 0.315 * 0.8, 0.01);
-  EXPECT_NEAR(trunk, leaf, 0.02);
-  EXPECT_GT(radius_at(solid, {0, 0, 20.5}, Vec3::UnitX()), 2.0) << "the trunk still stands broadly on the model";
+  EXPECT_NEAR(radius_at(solid, {-40, 0, 25}, -Vec3::UnitZ()) - 5.0, 0.315 * 0.8, 0.01) << "a leaf's strut is as it was";
+  EXPECT_LT(radius_at(solid, {0.01, 0, 25}, -Vec3::UnitZ()) - 5.0, 0.9) << "the trunk reaches past its end no further than its foot does";
+  double below = 0.0;
+  for (double z = 20.2; z < 32.0; z += 0.7) {
+    const double radius = radius_at(solid, {0.01, 0, z}, Vec3::UnitX());
+    EXPECT_GT(radius, std::min(4.8, 1.2 + (z - 20.0) * 0.8)) << "z = " << z;
+    EXPECT_LT(radius, std::min(5.05, 2.6 + (z - 20.0) * 1.1)) << "z = " << z;
+    EXPECT_GE(radius, below - 0.01);
+    below = radius;
+  }
 }
 
 TEST(ConvolutionSolid, FullRadiusAtTheLeaf) {

@@ -58,7 +58,7 @@ TEST(Trim, ThinStrutsAreFoundAtAnyTriangleSize) {
                         {{3.0, 13.0, 7.3}, {10.0, 15.5, 8.9}, 0.8}});
   for (const double cell : {10.0, 5.0, 2.0, 1.0}) {
     const Column column = planar_column(cell, 2.0);
-    const TrimResult result = trim_layers(column.domain, column.field, column.layers, solid);
+    const TrimResult result = trim_layers(column.domain, column.field, column.layers, solid, {.remove_floating = false});
     EXPECT_TRUE(all_ok(result.report.checks));
     ASSERT_EQ(result.stack.sheets.size(), 8u) << "cell " << cell;
     for (const Sheet& sheet : result.stack.sheets) {
@@ -144,6 +144,26 @@ TEST(Trim, SmallPiecesAreRemovedAndListed) {
   EXPECT_NEAR((result.report.removed[0].centroid - Vec3(14, 14, 7)).norm(), 0.0, 0.01);
   EXPECT_EQ(result.report.support_pieces, 8);
   EXPECT_NEAR(result.report.areas.untrimmed_mm2, 8 * 400.0, 1e-6);
+}
+
+TEST(Trim, PiecesThatNothingCarriesAreRemovedAndListed) {
+  // Beside a post: a block in the air two layers high, and a post that stands on nothing but is tall.
+  const Capsules solid({{{4, 4, -2}, {4, 4, 20}, 1.5}, {{14, 6, 6.2}, {14, 6, 7.8}, 2.0}, {{14, 15, 5.5}, {14, 15, 30}, 1.5}});
+  const Column column = planar_column(2.0, 1.0);
+  const TrimResult result = trim_layers(column.domain, column.field, column.layers, solid);
+  EXPECT_TRUE(all_ok(result.report.checks));
+  ASSERT_FALSE(result.report.removed.empty());
+  for (const RemovedPiece& piece : result.report.removed) {
+    EXPECT_TRUE(piece.floating);
+    EXPECT_LT((piece.centroid - Vec3(14, 6, piece.centroid.z())).norm(), 0.1) << "only the block goes: branches stand on the post";
+  }
+  for (const Sheet& sheet : result.stack.sheets) {
+    const double z = 16.0 * sheet.iso_value;
+    const double expected = std::numbers::pi * 2.25 * (z < 5.5 ? 1.0 : 2.0);
+    if (z > 4.0 && z < 5.6) continue;  // the tip of the second post
+    EXPECT_NEAR(sheet_area(result.stack, sheet), expected, 0.1) << "z = " << z;
+  }
+  EXPECT_NEAR(result.report.areas.removed_mm2, 2.0 * std::numbers::pi * (4.0 + 3.51 + 1.11), 0.5);
 }
 
 TEST(Trim, VolumeIsAreaTimesHeightCutAtThePlatform) {

@@ -23,9 +23,10 @@ struct Strut {
 
 // The struts of a skeleton: leaf edges reach one radius past their leaf and platform ends one radius below the
 // platform, so that the first and the last layer have the full radius; neighbours of one radius are joined while no node
-// between them lies off the joined strut by more than two percent of the radius. A trunk that ends on the model ends
-// earlier, so that its surface reaches past the model end no further than that of the thinnest strut would: what reaches
-// beside a thin part of the model would be laid on air. O(edges).
+// between them lies off the joined strut by more than two percent of the radius. A trunk that ends on the model stands there on
+// half of its radius, or that of the thinnest strut where that is more, and widens by 45 degrees upwards: what reaches beside
+// a thin part of the model would be laid on air. It ends as much earlier as makes it reach past the model end about as far
+// as the thinnest strut does. O(edges).
 [[nodiscard]] std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio = 1.5);
 
 // Convolution surface around struts (paper, section III-B, equations 3 and 4): value(p) = -1 + sum of F_e(p).

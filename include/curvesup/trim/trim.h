@@ -18,14 +18,17 @@ struct TrimOptions {
   // Support thicker than this is laid in passes; 0: 1.2 times the model's median thickness.
   double max_height_mm = 0.0;
   int max_passes = 12;
+  bool remove_floating = true;  // pieces that nothing carries
 };
 
+// A piece that is not printed: smaller than min_piece_area_mm2, or with nothing below it.
 struct RemovedPiece {
   Index layer = 0;
   int pass = 0;
   int passes = 1;
   double area_mm2 = 0.0;
   Vec3 centroid = Vec3::Zero();
+  bool floating = false;
 };
 
 // Areas of the support's layers G = (k + 1/2) / N: untrimmed = kept + in_passes + cut_away + removed.
@@ -34,7 +37,7 @@ struct TrimAreas {
   double kept_mm2 = 0.0;       // printed as one layer
   double in_passes_mm2 = 0.0;  // inside the solid, printed as passes in its place
   double cut_away_mm2 = 0.0;
-  double removed_mm2 = 0.0;  // pieces below min_piece_area_mm2
+  double removed_mm2 = 0.0;  // pieces listed as removed
 };
 
 struct TrimReport {
@@ -51,7 +54,7 @@ struct TrimReport {
   double model_thickness_p50_mm = 0.0;
   double support_height_p50_mm = 0.0, support_height_p99_mm = 0.0;  // 1 / (N m |grad G|), by printed area
   double support_height_min_mm = 0.0, support_height_max_mm = 0.0;
-  std::vector<RemovedPiece> removed;  // in order of (layer, passes, pass)
+  std::vector<RemovedPiece> removed;  // by layer; in one, small ones first
   std::vector<Check> checks;
 };
 
@@ -70,6 +73,9 @@ struct TrimResult {
 // Support thicker than max_height_mm is laid in m passes at G = (k + (j + 1/2) / m) / N. One m holds for a whole connected
 // region of the slab k / N <= G < (k + 1) / N: the pieces of the layer k + 1/2 and all pieces of the passes that lie over or
 // under them along grad G.
+//
+// A piece with less than a quarter of its area over the model, other support or the platform cannot be laid: the lowest
+// layers of a trunk beside a model part that is thinner than the trunk. It is removed and listed.
 //
 // `untrimmed` is the result of slice_layers. Parallel over layers; same bytes for any thread count.
 [[nodiscard]] TrimResult trim_layers(const Domain& domain, const ScalarField& field, const LayerStack& untrimmed,
