@@ -8,8 +8,10 @@
 namespace curvesup::toolpath {
 namespace {
 
-constexpr double kChordTolerance = 0.015;     // mm
-constexpr double kThicknessTolerance = 0.019; // relative, of each that lies under the joined segments to their mean
+constexpr double kChordTolerance = 0.02;     // mm
+constexpr double kMostUneven = 0.05;          // relative, of the thicknesses under the joined segments to their mean
+constexpr double kThicknessTolerance = 0.019; // relative, of the mean to some stretch that is really so thick
+constexpr double kStretch = 0.31;             // mm; what is shorter is no stretch
 constexpr double kNormalTolerance = 0.0175;   // 1 degree between a normal that is left out and the interpolated one
 constexpr double kLargestTurn = 0.94;         // cosine of the angle between the normals at a segment's ends: 20 degrees
 constexpr double kShort = 0.005;              // mm; a shorter segment joins its neighbour whatever lies under it
@@ -17,24 +19,33 @@ constexpr double kLongest = 5.0;              // mm
 constexpr double kLongestIrregular = 1.2;     // mm
 constexpr int kMostJoined = 64;
 
+struct Range {
+  double low = 1e300, high = 0.0;
+  void add(double x) { low = std::min(low, x), high = std::max(high, x); }
+  // Whether x is inside, or off by no more than the part `tolerance` of it.
+  [[nodiscard]] bool holds(double x, double tolerance) const { return low <= x * (1.0 + tolerance) && high >= x * (1.0 - tolerance); }
+  [[nodiscard]] bool within(double x, double tolerance) const { return high <= x * (1.0 + tolerance) && low >= x * (1.0 - tolerance); }
+};
+
 // What lies under the segments that are joined into one. Short ones have no say unless all are short.
 struct Run {
   double length = 0.0, thickness = 0.0, height = 0.0, weight = 0.0;  // middle two: sums by weight
-  double thinnest = 1e300, thickest = 0.0;
+  Range all, stretches;
   bool irregular = false;
 
   void add(double l, double t, double h, bool is_irregular) {
     const bool counts = l >= kShort;
-    if (counts && thickest == 0.0) thickness = height = weight = 0.0;
-    if (counts || thickest == 0.0) thickness += l * t, height += l * h, weight += l;
+    if (counts && all.high == 0.0) thickness = height = weight = 0.0;
+    if (counts || all.high == 0.0) thickness += l * t, height += l * h, weight += l;
     length += l;
     irregular = irregular || is_irregular;
-    if (!counts) return;
-    thinnest = std::min(thinnest, t), thickest = std::max(thickest, t);
+    if (counts) all.add(t);
+    if (l >= kStretch) stretches.add(t);
   }
+  // One height may stand for the run: near to all that lies under it, or between stretches that are lower and higher.
   [[nodiscard]] bool even() const {
     const double mean = thickness / weight;
-    return thickest <= mean * (1.0 + kThicknessTolerance) && thinnest >= mean * (1.0 - kThicknessTolerance);
+    return all.within(mean, kThicknessTolerance) || (all.within(mean, kMostUneven) && stretches.holds(mean, kThicknessTolerance));
   }
   [[nodiscard]] double longest() const { return irregular ? kLongestIrregular : kLongest; }
 };

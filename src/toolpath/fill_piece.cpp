@@ -71,7 +71,7 @@ void add_beads(const PieceMesh& mesh, const Ridge& ridge, const BeadWidths& bead
 
 FilledPiece fill_piece(PieceMesh mesh, const Sheet&, const ToolpathOptions& options) {
   const BeadWidths beads{options.bead_width_mm, options.min_bead_mm, options.max_bead_mm};
-  const BorderDistance distance(std::move(mesh), {.tolerance_mm = 0.025 * beads.width, .min_edge_mm = 0.45 * beads.width});
+  const BorderDistance distance(std::move(mesh), {.tolerance_mm = 0.05 * beads.width, .min_edge_mm = 0.6 * beads.width});
   const Ridge ridge(distance, beads);
   std::vector<Track> tracks = trace_rings(distance, ridge, beads.width, std::numeric_limits<int>::max() / 2);
   FilledPiece filled;

@@ -83,6 +83,7 @@ class NearSegments {
   // Empty where none of them lies on a stretch.
   std::span<const Candidate> around(const Vec3& place) {
     const std::uint64_t key = key_of(index(place.x(), cell_), index(place.y(), cell_), index(place.z(), cell_));
+    if (!irregular_[slot(key, irregular_.size())]) return {};
     if (key == last_key_) return list(last_);
     last_key_ = key;
     last_ = fine_[slot(key, fine_.size())];
@@ -105,7 +106,7 @@ class NearSegments {
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / cell)) + kOrigin);
   }
   static std::uint64_t key_of(std::uint64_t x, std::uint64_t y, std::uint64_t z) { return (x << 42) | (y << 21) | z; }
-  static std::size_t slot(std::uint64_t key, std::size_t size) { return (key * 0x9e3779b97f4a7c15ULL >> 20) & (size - 1); }
+  static std::size_t slot(std::uint64_t key, std::size_t size) { return ((key ^ key >> 32) * 0x9e3779b97f4a7c15ULL >> 32) & (size - 1); }
   template <class Visit>
   static void for_cells(const Vec3& low, const Vec3& high, double cell, const Visit& visit) {
     for (std::uint64_t x = index(low.x(), cell); x <= index(high.x(), cell); ++x) {
@@ -121,7 +122,7 @@ class NearSegments {
   // One flag for all cells of one slot: a few places more are sampled than need be.
   void flag_irregular_cells() {
     irregular_.assign(fine_.size(), 0);
-    const Vec3 margin = Vec3::Constant(reach_);
+    const Vec3 margin = Vec3::Constant(0.75 * reach_);
     for (const Segment& s : segments_) {
       if (s.stretch == kNone) continue;
       const Vec3 end = s.from + s.along;
