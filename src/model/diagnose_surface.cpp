@@ -92,7 +92,7 @@ class SurfaceDiagnosis {
     std::set_difference(manifold.bad_edges.begin(), manifold.bad_edges.end(), manifold.open_edges.begin(),
                         manifold.open_edges.end(), std::back_inserter(crowded));
     add("open_edges", Severity::refused, "edge", 2, flat(manifold.open_edges),
-        "the surface is open: the edge has a triangle on one side only", "close the hole in the program that made the file");
+        "the surface is open at the edge, which has a triangle on one side only", "close the hole in the program that made the file");
     add("non_manifold_edges", Severity::refused, "edge", 2, flat(crowded), "more than two triangles meet in the edge",
         "join the parts by a Boolean union, or move them apart");
     add("non_manifold_vertices", Severity::refused, "vertex", 1, manifold.bad_vertices,

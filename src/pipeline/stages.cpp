@@ -273,6 +273,7 @@ Json by_material(const std::array<double, kMaterialCount>& values) { return {{"m
 
 void toolpath(SliceState& state, const RunContext& run) {
   state.toolpath = plan_toolpaths(state.domain.domain, state.extension.field, state.trim.stack, toolpath_options(state.config), run);
+  state.toolpath.toolpaths.points.shrink_to_fit();  // it grew by doubling, and stays to the end
   const ToolpathReport& report = state.toolpath.report;
   state.add_checks(report.checks);
   Json unprinted = Json::array();

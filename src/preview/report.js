@@ -191,7 +191,7 @@ window.curvesupReport = (function () {
 
   function checkTable(scene, tools) {
     const {el, short} = tools, table = el('table', {class: 'checks'});
-    table.append(el('tr', {}, ...['', 'check', 'value', 'limit', 'what it means'].map((h) => el('th', {}, h))));
+    table.append(el('tr', {}, ...['', ...(scene.inspect ? ['problem', 'how many', 'allowed'] : ['check', 'value', 'limit']), 'what it means'].map((h) => el('th', {}, h))));
     const ordered = [...scene.checks].sort((a, b) => Number(a.ok) - Number(b.ok));
     for (const check of ordered) {
       const text = scene.inspect ? check.detail : sentence(check);

@@ -121,7 +121,7 @@ TEST(BadInput, SurfacesThatCannotBeFilled) {
   folder.write("open.stl", shapes::stl_text(surface));
   folder.write("c.json", "{}");
   folder.write("f.json", R"({"field": {"source": "scalar_file", "path": "f.txt"}})");
-  expect_refused(folder, "slice open.stl c.json", 3, "input", "open.stl: the surface is open");
+  expect_refused(folder, "slice open.stl c.json", 3, "input", "open.stl: the surface is open at");
   expect_refused(folder, "slice closed.stl f.json", 2, "usage", "field.source");
   const program::Outcome inspected = folder.curvesup("inspect open.stl -o page.html");
   EXPECT_EQ(inspected.exit_code, 3);
