@@ -250,6 +250,9 @@ void check_contradictions(const Json& values, const Json& resolved) {
   if (number("support.min_trunk_radius_mm") > number("support.max_radius_mm")) {
     fail("config keys support.min_trunk_radius_mm and support.max_radius_mm", "the smallest trunk radius is above the largest");
   }
+  if (number("support.side_gap_mm") > 0.0 && number("support.side_gap_mm") >= number("support.leaf_radius_mm")) {
+    fail("config keys support.side_gap_mm and support.leaf_radius_mm", "the gap beside walls is as wide as half a strut, so struts vanish there");
+  }
   if (number("toolpath.min_bead_mm") > number("toolpath.bead_width_mm") || number("toolpath.max_bead_mm") < number("toolpath.bead_width_mm")) {
     fail("config keys toolpath.min_bead_mm, toolpath.bead_width_mm and toolpath.max_bead_mm", "they are not in ascending order");
   }

@@ -95,6 +95,9 @@ const OptionTable<SolidOptions>& solid_table() {
     t.number("kernel_ratio", CURVESUP_FIELD(convolution.kernel_ratio), 1.1, 1.84, "Radius of the convolution kernel over the strut radius.");
     t.number("foot_radius_mm", CURVESUP_FIELD(convolution.foot_radius_mm), 0, 1000, "Radius of the cone at each platform end; 0: none.");
     t.integer("foot_layers", CURVESUP_FIELD(convolution.foot_layers), 0, 1000, "Height of that cone in layers.");
+    t.integer("interface_layers", CURVESUP_FIELD(interface.interface_layers), 0, 100, "Full layers of support right under the overhang.");
+    t.number("top_gap_mm", CURVESUP_FIELD(interface.top_gap_mm), 0, 10, "Gap between the overhang and the support under it, along d_p.");
+    t.number("side_gap_mm", CURVESUP_FIELD(interface.side_gap_mm), 0, 10, "Gap between the support and the model's walls.");
     t.number("envelope_alpha_mm", CURVESUP_FIELD(envelope_alpha_mm), 0.01, 1000, "Alpha, a radius, of the envelope method.");
     return t;
   }();
@@ -247,7 +250,8 @@ OverhangOptions overhang_options(const Json& config, const ConfigSource& source)
 
 SupportCertificateOptions certificate_options(const Json& config) {
   const SkeletonOptions skeleton = skeleton_options(config);
-  return {.self_support = skeleton.self_support, .leaf_radius_mm = skeleton.leaf_radius_mm, .bead_width_mm = skeleton.bead_width_mm};
+  return {.self_support = skeleton.self_support, .leaf_radius_mm = skeleton.leaf_radius_mm, .bead_width_mm = skeleton.bead_width_mm,
+          .top_gap_mm = solid_options(config).interface.top_gap_mm};
 }
 
 SolidOptions solid_options(const Json& config) { return solid_table().read(config); }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "curvesup/solid/convolution_solid.h"
+#include "curvesup/solid/interface_solid.h"
 #include "slice_state.h"
 
 namespace curvesup {
@@ -12,6 +13,7 @@ struct SolidOptions {
   SupportMethod method = SupportMethod::tree;
   double envelope_alpha_mm = 8.0;
   ConvolutionOptions convolution;
+  InterfaceOptions interface;
 };
 
 // The options of each stage, read from a resolved config. This is the only place where config keys meet option structs.

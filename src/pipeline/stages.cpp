@@ -192,8 +192,20 @@ Json dropped_json(const std::vector<DroppedLeaf>& dropped) {
   return list;
 }
 
+// Gaps wider than a layer leave the overhang without anything to lie on.
+void check_gaps(const SliceState& state) {
+  const InterfaceOptions options = solid_options(state.config).interface;
+  const double layer_mm = 1.0 / (state.layer_count * state.field.report.grad_median);
+  if (options.top_gap_mm > layer_mm) {
+    throw Error(ErrorKind::usage, "config keys support.top_gap_mm and layers.thickness_mm",
+                format("the gap of %g mm is larger than a layer, which is %.3g mm thick", options.top_gap_mm, layer_mm),
+                "make the gap smaller or the layers thicker");
+  }
+}
+
 void skeleton(SliceState& state, const RunContext& run) {
   if (!state.supported) return;
+  check_gaps(state);
   state.skeleton = grow_skeleton(state.model.model, state.domain.domain, state.extension.field, state.overhang,
                                  state.layer_count, skeleton_options(state.config), run);
   const SkeletonReport& report = state.skeleton.report;
@@ -229,6 +241,7 @@ void solid(SliceState& state, const RunContext& run) {
   } else {
     state.solid = std::make_shared<ConvolutionSolid>(state.skeleton.skeleton, options.convolution);
   }
+  state.solid = with_interface(std::move(state.solid), state.model.model, state.field.field, state.overhang, state.layer_count, options.interface);
 }
 
 // ---------------------------------------------------------------------------------------------------------- trim
