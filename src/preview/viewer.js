@@ -497,8 +497,8 @@
   // z of the direction that two bytes stand for.
   function upOf(a, b) {
     const x = Math.abs(a / 127), y = Math.abs(b / 127), z = 1 - x - y;
-    const h = z < 0 ? Math.hypot(1 - y, 1 - x) : Math.hypot(x, y);
-    return z / (Math.hypot(h, z) || 1);
+    const square = z < 0 ? (1 - y) * (1 - y) + (1 - x) * (1 - x) : x * x + y * y;
+    return z / (Math.sqrt(square + z * z) || 1);
   }
   function directionOf(axes, i) {
     let x = axes[2 * i] / 127, y = axes[2 * i + 1] / 127;
