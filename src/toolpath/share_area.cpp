@@ -16,6 +16,7 @@ constexpr double kSample = 0.3;          // mm
 constexpr double kIrregularRise = 1.3;   // widths below the medial line
 constexpr double kSmallPiece = 16.0;     // squared widths: irregular as a whole
 constexpr double kStretch = 1.5;         // widths
+constexpr double kShortest = 0.75;       // widths
 constexpr double kReach = 0.8;           // widths: no place is farther from the track that it belongs to
 constexpr Index kAdjoining = 4;          // segments along a track
 constexpr double kCell = 0.6;            // widths
@@ -214,23 +215,33 @@ class AreaShares {
  private:
   void cut_into_stretches() {
     for (const Track& track : tracks_) {
-      Index current = kNone;
+      Index first = kNone;  // of the run of stretches that goes on
       for (std::size_t i = 1; i < track.points.size(); ++i) {
         const TrackPoint &from = track.points[i - 1], &to = track.points[i];
         const Vec3 along = to.position - from.position;
         const bool irregular = track.kind != PathKind::contour || irregular_[to.triangle];
         if (!irregular) {
-          current = kNone;
-        } else {
-          if (current == kNone || stretches_[current].length >= kStretch * beads_.width) {
-            current = static_cast<Index>(stretches_.size());
-            stretches_.push_back({});
-          }
-          stretches_[current].length += along.norm();
+          end_run(first);
+          first = kNone;
+        } else if (first == kNone || stretches_.back().length >= kStretch * beads_.width) {
+          stretches_.push_back({});
+          if (first == kNone) first = static_cast<Index>(stretches_.size()) - 1;
         }
-        segments_.push_back({from.position, along, (from.normal + to.normal).normalized(), along.squaredNorm(), current});
+        if (irregular) stretches_.back().length += along.norm();
+        segments_.push_back({from.position, along, (from.normal + to.normal).normalized(), along.squaredNorm(),
+                             irregular ? static_cast<Index>(stretches_.size()) - 1 : kNone});
       }
+      end_run(first);
     }
+  }
+
+  // A short last stretch of a run joins the one before it: what lies around its end would be too much for it.
+  void end_run(Index first) {
+    const Index last = static_cast<Index>(stretches_.size()) - 1;
+    if (first == kNone || last == first || stretches_[last].length >= kShortest * beads_.width) return;
+    for (std::size_t s = segments_.size(); s-- > 0 && segments_[s].stretch == last;) segments_[s].stretch = last - 1;
+    stretches_[last - 1].length += stretches_[last].length;
+    stretches_.pop_back();
   }
 
   void hand_out() {
