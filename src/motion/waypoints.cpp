@@ -62,6 +62,7 @@ Merged merge_near_points(std::span<const PathPoint> points, std::span<const Vec3
         merged.volume.pop_back();
         merged.duration.pop_back();
       }
+      cluster = Cluster(merged.tip.back());
     }
     if (i > 0) settle(cluster, tips[i], nearest, chord, merged);
     cluster = Cluster(tips[i]);

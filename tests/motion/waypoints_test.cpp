@@ -98,6 +98,19 @@ TEST(ThinWaypoints, PointsMadeOneStayWithinTheChord) {
   EXPECT_NEAR(kept[0].volume_mm3 + kept[1].volume_mm3 + (kept.size() > 2 ? kept[2].volume_mm3 : 0.0), 8.045 * 0.48, 1e-9);
 }
 
+TEST(ThinWaypoints, EndOfATinyRingTakesNothingFromItsFarSide) {
+  // The two points before the end are one, and give way to it.
+  Line line;
+  const std::vector<Vec3> positions = {Vec3(0, 0, 1),          Vec3(-0.037, 0.386, 1), Vec3(-0.014, 0.403, 1),
+                                       Vec3(0.033, 0.037, 1), Vec3(0.004, 0.070, 1),  Vec3(0, 0, 1)};
+  shapes::add_path(line.toolpaths, positions, std::vector<Vec3>(6, Vec3::UnitZ()), 0);
+  for (const PathPoint& point : line.toolpaths.points) line.tips.push_back(point.position);
+  line.axes.assign(6, Vec3::UnitZ());
+  double farthest = 0.0;
+  for (const DraftPoint& point : thin(line)) farthest = std::max(farthest, point.tip.y());
+  EXPECT_GT(farthest, 0.37);
+}
+
 TEST(ThinWaypoints, UnevenBeadKeepsPoints) {
   Line line = line_of(
       101, [](double) { return Vec3::UnitZ(); }, [](double) { return 0.0; });
