@@ -380,14 +380,18 @@ Index SheetCutter::point_beside(Index from, Index to, const std::array<Node, 3>&
   const Vec3 end = middle + reach * across;
   const double at_end = solid_.value(end);
   if ((at_end >= 0.0) == (at_middle >= 0.0)) return kNone;
-  const Vec3 root = middle + at_middle / (at_middle - at_end) * reach * across;
+  // One linear step is near enough where the solid changes as evenly as over the cell; a solid with a jump needs more.
+  const double evenness = (at_middle - at_end) / (slope * reach);
+  const Vec3 root = evenness > 0.6 && evenness < 1.6 ? Vec3(middle + at_middle / (at_middle - at_end) * reach * across)
+                    : at_middle >= 0.0              ? root_between(solid_, middle, at_middle, end, at_end)
+                                                    : root_between(solid_, end, at_end, middle, at_middle);
   if ((root - middle).squaredNorm() < kFlatBorder_mm * kFlatBorder_mm) return kNone;
-  const Vec3 offset = root - lattice_.origin;
-  // Inside the triangle, so that its neighbours need not know.
-  const Vec2 p(offset.dot(frame_x_), offset.dot(frame_y_));
-  const Vec2 b(lattice_.n * lattice_.u.dot(frame_x_), 0.0), c(lattice_.n * lattice_.v.dot(frame_x_), lattice_.n * lattice_.v.dot(frame_y_));
-  const double right = p.y(), whole = b.x() * c.y(), left = c.x() * p.y() - c.y() * p.x();
-  if (!(right > 0.0 && -left > 0.0 && right * b.x() - left < whole)) return kNone;
+  // Inside the cell, so that neither its neighbours nor other borders need to know.
+  for (int c = 0; c < 3; ++c) {
+    const Vec3 corner = lattice_.position(node[c].i, node[c].j);
+    const Vec3 side = lattice_.position(node[(c + 1) % 3].i, node[(c + 1) % 3].j) - corner, offset = root - corner;
+    if (!(side.dot(frame_x_) * offset.dot(frame_y_) - side.dot(frame_y_) * offset.dot(frame_x_) > 0.0)) return kNone;
+  }
   return add_border_point(root, kNone, false);
 }
 
@@ -395,20 +399,38 @@ void SheetCutter::triangulate(Index tet, double area) {
   for (std::size_t i = 0; i < perimeter_.size(); ++i) {
     if (perimeter_[i][1]) border_[perimeter_[i][0]].next = perimeter_[(i + 1) % perimeter_.size()][0];
   }
-  std::vector<Loop> loops;
+  std::vector<Loop> traced, loops;
   for (std::size_t start = 0; start < border_.size(); ++start) {
     Loop loop;
     for (Index i = static_cast<Index>(start); border_[i].next != kNone;) {
       loop.push_back(i);
       i = std::exchange(border_[i].next, kNone);
     }
-    simplify_loop(flat_, fixed_, kBorderTolerance_mm, loop);
-    if (loop.size() < 3) continue;
-    area -= loop_area(flat_, loop);
-    loops.push_back(std::move(loop));
+    if (loop.size() >= 3) traced.push_back(std::move(loop));
   }
-  cut_away_ += area;
-  for (const auto& t : triangulate_loops(flat_, std::move(loops))) {
+  for (const Loop& loop : traced) {
+    Loop simple = loop;
+    simplify_loop(flat_, fixed_, kBorderTolerance_mm, simple);
+    if (simple.size() >= 3) loops.push_back(std::move(simple));
+  }
+  // Borders nearer to each other than the tolerance may have been made to cross: then every point stays.
+  auto triangles = triangulate_loops(flat_, loops);
+  const auto enclosed = [&] {
+    double sum = 0.0;
+    for (const Loop& loop : loops) sum += loop_area(flat_, loop);
+    return sum;
+  };
+  const auto covered = [&] {
+    double sum = 0.0;
+    for (const auto& t : triangles) sum += std::abs(loop_area(flat_, {t[0], t[1], t[2]}));
+    return sum;
+  };
+  if (std::abs(enclosed() - covered()) > 1e-9 * area) {
+    loops = std::move(traced);
+    triangles = triangulate_loops(flat_, loops);
+  }
+  cut_away_ += area - enclosed();
+  for (const auto& t : triangles) {
     Corners corners{};
     for (int c = 0; c < 3; ++c) {
       BorderPoint& point = border_[t[c]];
