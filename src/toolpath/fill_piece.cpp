@@ -4,12 +4,15 @@
 #include <cmath>
 #include <limits>
 
+#include "toolpath/chain.h"
 #include "toolpath/link.h"
 #include "toolpath/rings.h"
 #include "toolpath/share_area.h"
 
 namespace curvesup::toolpath {
 namespace {
+
+constexpr double kLongestStep = 2.0;  // widths, between tracks that are laid without a lift
 
 // A piece too small for anything else: one short line through its deepest place, along the way that is longest, as wide
 // as makes its area that of the piece.
@@ -57,9 +60,12 @@ Track lay_dot(const BorderDistance& distance, const BeadWidths& beads) {
   return track;
 }
 
-void add_beads(const PieceMesh& mesh, const Ridge& ridge, const BeadWidths& beads, std::vector<Track>& tracks, FilledPiece& filled) {
-  const std::vector<char> irregular = irregular_triangles(mesh, ridge, beads);
+void add_beads(const BorderDistance& distance, const Ridge& ridge, const BeadWidths& beads, bool join, std::vector<Track>& tracks,
+               FilledPiece& filled) {
+  const PieceMesh& mesh = distance.mesh();
+  std::vector<char> irregular = irregular_triangles(mesh, ridge, beads);
   for (Track& track : tracks) thin_track(mesh, irregular, track);
+  if (join) chain_tracks(distance, kLongestStep * beads.width, tracks, irregular);
   share_area(mesh, irregular, beads, tracks);
   for (const Track& track : tracks) {
     BeadPath path = lay_beads(track);
@@ -82,11 +88,11 @@ FilledPiece fill_piece(PieceMesh mesh, const Sheet&, const ToolpathOptions& opti
   }
   filled.naive_paths = static_cast<Index>(tracks.size());
   if (options.link_rings) link_tracks(distance, beads.width, tracks);
-  add_beads(distance.mesh(), ridge, beads, tracks, filled);
+  add_beads(distance, ridge, beads, options.link_rings, tracks, filled);
   if (filled.paths.empty()) {
     ++filled.dots;
     std::vector<Track> dot{lay_dot(distance, beads)};
-    add_beads(distance.mesh(), ridge, beads, dot, filled);
+    add_beads(distance, ridge, beads, false, dot, filled);
   }
   filled.naive_paths = std::max(filled.naive_paths, static_cast<Index>(filled.paths.size()));
   return filled;

@@ -219,7 +219,7 @@ class AreaShares {
       for (std::size_t i = 1; i < track.points.size(); ++i) {
         const TrackPoint &from = track.points[i - 1], &to = track.points[i];
         const Vec3 along = to.position - from.position;
-        const bool irregular = track.kind != PathKind::contour || irregular_[to.triangle];
+        const bool irregular = track.kind != PathKind::contour || to.step || irregular_[to.triangle];
         if (!irregular) {
           end_run(first);
           first = kNone;

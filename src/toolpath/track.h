@@ -14,6 +14,7 @@ struct TrackPoint {
   double width = 0.0;
   Index triangle = kNone;
   double thickness = 0.0, height = 0.0;  // means under the segment that ends here, full and clipped; set by thin_track
+  bool step = false;  // the segment that ends here joins two tracks
 };
 
 // A path inside one piece, before it is cut into beads. A closed track repeats its first point at its end.

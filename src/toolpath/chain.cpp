@@ -1,0 +1,178 @@
+#include "toolpath/chain.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "toolpath/beads.h"
+
+namespace curvesup::toolpath {
+namespace {
+
+constexpr double kMiss = 0.1;           // mm by which a straight step may miss its end; it bends there
+constexpr std::size_t kMostPairs = 40000;  // of points of two closed tracks that are compared
+
+struct Box {
+  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+
+  void add(const Vec3& p) { low = low.cwiseMin(p), high = high.cwiseMax(p); }
+  [[nodiscard]] double distance(const Vec3& p) const { return (low - p).cwiseMax(p - high).cwiseMax(0.0).norm(); }
+  [[nodiscard]] double distance(const Box& b) const { return (low - b.high).cwiseMax(b.low - high).cwiseMax(0.0).norm(); }
+};
+
+Box box_of(const Track& track) {
+  Box box;
+  for (const TrackPoint& p : track.points) box.add(p.position);
+  return box;
+}
+
+// Makes a closed track start and end at one of its points.
+void start_at(Track& track, std::size_t point) {
+  auto& points = track.points;
+  if (point == 0 || point + 1 >= points.size()) return;
+  points.erase(points.begin());  // the last one repeats it, with the values of the segment that ends there
+  std::rotate(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(point - 1), points.end());
+  points.insert(points.begin(), points.back());
+}
+
+// What is told of a segment moves to its other end.
+void turn_round(Track& track) {
+  auto& points = track.points;
+  std::reverse(points.begin(), points.end());
+  for (std::size_t i = points.size() - 1; i > 0; --i) {
+    const Vec3 position = points[i].position, normal = points[i].normal;
+    points[i] = points[i - 1];
+    points[i].position = position;
+    points[i].normal = normal;
+  }
+}
+
+// Where a chain can go on: from its point `from` (its end, unless it is still closed) to a point of another track.
+struct Joint {
+  double distance = 0.0;
+  std::size_t track = 0, from = 0, to = 0;
+};
+
+class Chainer {
+ public:
+  Chainer(const BorderDistance& distance, double reach, std::vector<Track>& tracks, std::vector<char>& irregular)
+      : distance_(distance), reach_(reach), tracks_(tracks), irregular_(irregular), used_(tracks.size(), 0) {
+    for (const Track& track : tracks) boxes_.push_back(box_of(track));
+  }
+
+  void run() {
+    std::vector<Track> chains;
+    for (std::size_t seed = 0; seed < tracks_.size(); ++seed) {
+      if (used_[seed] || tracks_[seed].points.size() < 2) continue;
+      used_[seed] = 1;
+      Track chain = std::move(tracks_[seed]);
+      while (extend(chain)) {
+      }
+      if (!chain.closed) {
+        turn_round(chain);
+        while (extend(chain)) {
+        }
+      }
+      chains.push_back(std::move(chain));
+    }
+    tracks_ = std::move(chains);
+  }
+
+ private:
+  bool extend(Track& chain) {
+    Joint best{.distance = reach_};
+    bool found = false;
+    const auto offer = [&](const Joint& joint) {
+      if (joint.distance >= best.distance) return;
+      best = joint;
+      found = true;
+    };
+    const Box own = chain.closed ? box_of(chain) : Box{};
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      if (used_[t] || tracks_[t].points.size() < 2) continue;
+      if (chain.closed ? boxes_[t].distance(own) >= best.distance : boxes_[t].distance(chain.points.back().position) >= best.distance) continue;
+      if (chain.closed) {
+        offer_joints_of_loop(chain, t, offer);
+      } else {
+        offer_joints(chain.points.back().position, chain.points.size() - 1, t, offer);
+      }
+    }
+    return found && join(chain, best);
+  }
+
+  template <class Offer>
+  void offer_joints(const Vec3& place, std::size_t from, std::size_t t, const Offer& offer) const {
+    const auto& points = tracks_[t].points;
+    const std::size_t last = points.size() - 1;
+    for (std::size_t i = 0; i <= last; i += tracks_[t].closed ? 1 : last) {
+      offer(Joint{(points[i].position - place).norm(), t, from, i});
+    }
+  }
+
+  template <class Offer>
+  void offer_joints_of_loop(const Track& chain, std::size_t t, const Offer& offer) const {
+    if (tracks_[t].closed && chain.points.size() * tracks_[t].points.size() > kMostPairs) return;
+    for (std::size_t i = 1; i < chain.points.size(); ++i) offer_joints(chain.points[i].position, i, t, offer);
+  }
+
+  bool join(Track& chain, const Joint& joint) {
+    Track& next = tracks_[joint.track];
+    const TrackPoint end = chain.points[joint.from], start = next.points[joint.to];
+    const Vec3 heading = start.position - end.position;
+    Walk walk;
+    if (heading.norm() > 1e-6) {
+      walk = walk_straight(distance_, {end.triangle, end.position}, heading, heading.norm());
+      if ((walk.end.position - start.position).norm() > kMiss) return false;
+    }
+    if (chain.closed) start_at(chain, joint.from);
+    if (next.closed) {
+      start_at(next, joint.to);
+    } else if (joint.to != 0) {
+      turn_round(next);
+    }
+    append_step(chain, walk, start);
+    chain.points.insert(chain.points.end(), next.points.begin() + 1, next.points.end());
+    chain.closed = false;
+    if (next.kind == PathKind::contour) chain.kind = PathKind::contour;
+    used_[joint.track] = 1;
+    return true;
+  }
+
+  void append_step(Track& chain, const Walk& walk, const TrackPoint& start) {
+    TrackPoint to = start;
+    to.step = true;
+    to.triangle = walk.points.empty() ? chain.points.back().triangle : walk.end.triangle;
+    const auto lay_over = [&](TrackPoint point) {
+      const double thickness = distance_.mesh().thickness[point.triangle];
+      const double middle = 0.5 * (point.position.z() + chain.points.back().position.z());
+      point.step = true;
+      point.thickness = thickness;
+      point.height = clipped_height(thickness, middle, distance_.mesh().rise[point.triangle]);
+      mark_irregular(point.triangle);
+      if ((point.position - chain.points.back().position).norm() > 1e-6) chain.points.push_back(point);
+    };
+    for (std::size_t i = 0; i + 1 < walk.points.size(); ++i) lay_over(walk.points[i]);
+    lay_over(to);
+  }
+
+  void mark_irregular(Index triangle) {
+    irregular_[triangle] = 1;
+    for (const Index across : distance_.mesh().neighbours[triangle]) {
+      if (across != kNone) irregular_[across] = 1;
+    }
+  }
+
+  const BorderDistance& distance_;
+  double reach_;
+  std::vector<Track>& tracks_;
+  std::vector<char>& irregular_;
+  std::vector<char> used_;
+  std::vector<Box> boxes_;
+};
+
+}  // namespace
+
+void chain_tracks(const BorderDistance& distance, double reach, std::vector<Track>& tracks, std::vector<char>& irregular) {
+  Chainer(distance, reach, tracks, irregular).run();
+}
+
+}  // namespace curvesup::toolpath
