@@ -76,6 +76,7 @@ void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track
   const auto& points = track.points;
   if (points.size() < 2) return;
   std::vector<TrackPoint> kept{points[0]};
+  kept[0].tip_offset = tip_offset_at(mesh, points[1].triangle, points[0].position);
   const auto add = [&](Run& run, std::size_t to) {
     const Index under = points[to].triangle;
     const Vec3 &a = points[to - 1].position, &b = points[to].position;
@@ -99,6 +100,7 @@ void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track
     kept.push_back(points[to]);
     kept.back().thickness = run.thickness / run.weight;
     kept.back().height = run.height / run.weight;
+    kept.back().tip_offset = tip_offset_at(mesh, points[to].triangle, points[to].position);
   }
   track.points = std::move(kept);
 }
@@ -112,7 +114,7 @@ BeadPath lay_beads(const Track& track) {
     PathPoint point{.position = to.position, .normal = to.normal};
     point.width_mm = segment.width;
     point.height_mm = segment.height;
-    point.tip_offset_mm = 0.5 * segment.thickness;
+    point.tip_offset_mm = to.tip_offset;
     point.volume_mm3 = point.height_mm * point.width_mm * (to.position - from.position).norm();
     path.points.push_back(point);
   };

@@ -370,6 +370,7 @@ bool BorderDistance::refine(const DistanceOptions& options) {
     middle[e] = static_cast<Index>(mesh_.vertices.size());
     mesh_.vertices.push_back(mesh_.vertices[edge.from] + half);
     mesh_.normals.push_back(normal);
+    mesh_.tip_offset.push_back(0.5 * (mesh_.tip_offset[edge.from] + mesh_.tip_offset[edge.to]));
     fronts_.push_back(front);
     any = true;
   }

@@ -40,9 +40,11 @@ void turn_round(Track& track) {
   std::reverse(points.begin(), points.end());
   for (std::size_t i = points.size() - 1; i > 0; --i) {
     const Vec3 position = points[i].position, normal = points[i].normal;
+    const double tip_offset = points[i].tip_offset;
     points[i] = points[i - 1];
     points[i].position = position;
     points[i].normal = normal;
+    points[i].tip_offset = tip_offset;
   }
 }
 
@@ -145,6 +147,7 @@ class Chainer {
       const double thickness = distance_.mesh().thickness[point.triangle];
       const double middle = 0.5 * (point.position.z() + chain.points.back().position.z());
       point.step = true;
+      point.tip_offset = tip_offset_at(distance_.mesh(), point.triangle, point.position);
       point.thickness = thickness;
       point.height = clipped_height(thickness, middle, distance_.mesh().rise[point.triangle]);
       mark_irregular(point.triangle);

@@ -13,7 +13,6 @@ void reverse(BeadPath& path) {
     PathPoint& end = path.points[i];
     const PathPoint& other = path.points[i - 1];
     end.width_mm = other.width_mm;
-    end.tip_offset_mm = other.tip_offset_mm;
     end.height_mm = other.height_mm;
     end.volume_mm3 = end.height_mm * end.width_mm * (end.position - other.position).norm();
   }

@@ -49,18 +49,38 @@ std::vector<std::array<Index, 3>> pair_edges(const std::vector<std::array<Index,
   return neighbours;
 }
 
-void set_normals(PieceMesh& mesh, const std::vector<Vec3>& triangle_direction) {
-  mesh.normals.assign(mesh.vertices.size(), Vec3::Zero());
+constexpr int kSmoothings = 3;  // each evens out what changes from triangle to triangle: the gradient is constant in a tet
+
+// Values at the vertices: means over the triangles around, by area; then, each time, of the means over their corners.
+void set_vertex_values(PieceMesh& mesh, std::vector<Vec3> direction) {
+  const std::size_t n = mesh.vertices.size();
+  std::vector<double> area(mesh.triangles.size()), offset(mesh.triangles.size()), weight(n, 0.0);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
-    const double area = triangle_area(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
-    mesh.area += area;
-    const Vec3 weighted = (area + 1e-12) * triangle_direction[t];
-    for (const Index v : {a, b, c}) mesh.normals[v] += weighted;
+    area[t] = triangle_area(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
+    mesh.area += area[t];
+    area[t] += 1e-12;
+    offset[t] = 0.5 * mesh.thickness[t];
+    for (const Index v : mesh.triangles[t]) weight[v] += area[t];
   }
-  for (Vec3& normal : mesh.normals) {
-    const double length = normal.norm();
-    normal = length > 0.0 ? Vec3(normal / length) : Vec3::UnitZ();
+  for (int round = 0; round < kSmoothings; ++round) {
+    mesh.normals.assign(n, Vec3::Zero());
+    mesh.tip_offset.assign(n, 0.0);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (const Index v : mesh.triangles[t]) {
+        mesh.normals[v] += area[t] * direction[t];
+        mesh.tip_offset[v] += area[t] * offset[t] / weight[v];
+      }
+    }
+    for (Vec3& normal : mesh.normals) {
+      const double length = normal.norm();
+      normal = length > 0.0 ? Vec3(normal / length) : Vec3::UnitZ();
+    }
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const auto& [a, b, c] = mesh.triangles[t];
+      direction[t] = (mesh.normals[a] + mesh.normals[b] + mesh.normals[c]) / 3.0;
+      offset[t] = (mesh.tip_offset[a] + mesh.tip_offset[b] + mesh.tip_offset[c]) / 3.0;
+    }
   }
 }
 
@@ -182,7 +202,7 @@ std::vector<PieceMesh> split_into_pieces(const LayerStack& stack, const Sheet& s
       for (Index& n : across) n = n == kNone ? kNone : piece_triangle[n];
       piece.neighbours.push_back(across);
     }
-    set_normals(piece, direction);
+    set_vertex_values(piece, std::move(direction));
     pieces.push_back(std::move(piece));
   }
   return pieces;

@@ -12,7 +12,8 @@ namespace curvesup::toolpath {
 // Edge i of a triangle runs from its corner i to corner i + 1.
 struct PieceMesh {
   std::vector<Vec3> vertices;
-  std::vector<Vec3> normals;  // unit, smooth, along +grad G
+  std::vector<Vec3> normals;         // unit, smooth, along +grad G
+  std::vector<double> tip_offset;    // at the vertices: half the thickness, smooth, so that the nozzle moves smoothly
   std::vector<std::array<Index, 3>> triangles;
   std::vector<std::array<Index, 3>> neighbours;  // across edge i; kNone on the border
   std::vector<double> thickness;                 // of the layer at each triangle

@@ -37,6 +37,18 @@ Vec3 normal_at(const PieceMesh& mesh, Index triangle, const Vec3& position) {
   return sum.normalized();
 }
 
+double tip_offset_at(const PieceMesh& mesh, Index triangle, const Vec3& position) {
+  std::array<double, 3> w{1.0 / 3, 1.0 / 3, 1.0 / 3};
+  barycentric(mesh, triangle, position, w);
+  double sum = 0.0, total = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const double weight = std::clamp(w[i], 0.0, 1.0);
+    sum += weight * mesh.tip_offset[mesh.triangles[triangle][i]];
+    total += weight;
+  }
+  return sum / total;
+}
+
 double distance_at(const BorderDistance& distance, Index triangle, const Vec3& position) {
   std::array<double, 3> w{1.0 / 3, 1.0 / 3, 1.0 / 3};
   barycentric(distance.mesh(), triangle, position, w);

@@ -14,6 +14,7 @@ struct TrackPoint {
   double width = 0.0;
   Index triangle = kNone;
   double thickness = 0.0, height = 0.0;  // means under the segment that ends here, full and clipped; set by thin_track
+  double tip_offset = 0.0;               // at the point; set by thin_track
   bool step = false;  // the segment that ends here joins two tracks
 };
 
@@ -32,6 +33,7 @@ struct SurfacePoint {
 
 [[nodiscard]] double length_of(const Track& track);
 [[nodiscard]] Vec3 normal_at(const PieceMesh& mesh, Index triangle, const Vec3& position);
+[[nodiscard]] double tip_offset_at(const PieceMesh& mesh, Index triangle, const Vec3& position);
 [[nodiscard]] double distance_at(const BorderDistance& distance, Index triangle, const Vec3& position);
 
 // Walks straight over the surface. `points` gets each crossing of an edge and the end; a walk that meets the border or a

@@ -15,7 +15,7 @@ struct PathPoint {
   double height_mm = 0.0;          // local thickness, or the height of the tip above the platform where that is less
   double width_mm = 0.0;
   double volume_mm3 = 0.0;         // height * width * length of the segment that ends here, exactly
-  double tip_offset_mm = 0.0;      // half the full local thickness: the nozzle tip is position + tip_offset * normal
+  double tip_offset_mm = 0.0;      // half the full local thickness, smoothed over neighbours: the nozzle tip is position + tip_offset * normal
   double feed_mm_s = 0.0;
 };
 
