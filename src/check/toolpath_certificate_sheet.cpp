@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kCellsPerElement = 16.0, kFewestCells = 1000.0;
 constexpr double kTouch = 0.01;          // mm; a triangle that near is one that the bead runs on
+constexpr double kRingWidth = 0.1;       // a part of a contour is a ring while its bead is w wide but for this part
 constexpr double kSegmentStep = 0.3;     // mm between the points where a segment is looked at
 constexpr double kSpacingReach = 1.75;   // beads
 constexpr double kParallelCosine = 0.9;  // about 25 degrees
@@ -192,19 +193,20 @@ class SheetSurface {
 struct Segment {
   Vec3 from, to, normal;
   double width, height, volume;
-  bool contour;
+  bool ring;
 };
 
 // Without those that have an end nowhere: their points are counted as off the layer by `measure_points`.
-std::vector<Segment> segments_of(const Toolpaths& toolpaths, const std::vector<Index>& paths) {
+std::vector<Segment> segments_of(const Toolpaths& toolpaths, const std::vector<Index>& paths, double bead_width) {
   std::vector<Segment> segments;
   for (const Index i : paths) {
     const Path& path = toolpaths.paths[i];
     for (Index k = path.first_point + 1; k < path.first_point + path.point_count; ++k) {
       const PathPoint& end = toolpaths.points[k];
       if (!end.position.allFinite() || !toolpaths.points[k - 1].position.allFinite()) continue;
+      const bool ring = path.kind == PathKind::contour && std::abs(end.width_mm / bead_width - 1.0) <= kRingWidth;
       segments.push_back({toolpaths.points[k - 1].position, end.position, end.normal, end.width_mm, end.height_mm,
-                          end.volume_mm3, path.kind == PathKind::contour});
+                          end.volume_mm3, ring});
     }
   }
   return segments;
@@ -331,7 +333,7 @@ void measure_coverage(const SheetTask& task, const std::vector<Facet>& facets, c
   });
 }
 
-// Distance from p, at right angles to `along`, to the first path on either side, where that is a contour that runs
+// Distance from p, at right angles to `along`, to the first path on either side, where that is a ring that runs
 // alongside.
 void measure_spacing_at(const Vec3& p, Index own, const std::vector<Segment>& segments, const ElementGrid& grid,
                         double reach, SheetFindings& found) {
@@ -352,7 +354,7 @@ void measure_spacing_at(const Vec3& p, Index own, const std::vector<Segment>& se
     return false;
   });
   for (const Hit& h : hit) {
-    if (h.segment == kNone || !segments[h.segment].contour) continue;
+    if (h.segment == kNone || !segments[h.segment].ring) continue;
     const Vec3 other = (segments[h.segment].to - segments[h.segment].from).normalized();
     if (std::abs(other.dot(along)) >= kParallelCosine) found.spacing.push_back(static_cast<float>(h.distance));
   }
@@ -364,7 +366,7 @@ void measure_spacing(const SheetTask& task, const std::vector<Segment>& segments
   double next = 0.5 * step;
   for (Index i = 0; i < static_cast<Index>(segments.size()); ++i) {
     const Segment& s = segments[i];
-    if (!s.contour) continue;
+    if (!s.ring) continue;
     const double length = (s.to - s.from).norm();
     for (; next < length; next += step) {
       measure_spacing_at(s.from + next / length * (s.to - s.from), i, segments, grid,
@@ -396,7 +398,7 @@ SheetFindings measure_sheet(const SheetTask& task, Index sheet, const std::vecto
   const std::vector<Piece> pieces = pieces_of(task.printed, sheet);
   SheetSurface surface(task, sheet, pieces);
   measure_layer(task, surface.facets(), pieces, found);
-  const std::vector<Segment> segments = segments_of(task.toolpaths, paths);
+  const std::vector<Segment> segments = segments_of(task.toolpaths, paths, task.options.bead_width_mm);
   measure_points(task, paths, surface, found);
   for (const Segment& s : segments) measure_segment(task, s, surface, found);
 

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "curvesup/mesh/triangle_mesh.h"
 #include "toolpath/beads.h"
 
 namespace curvesup::toolpath {
 namespace {
 
-constexpr double kMiss = 0.1;           // mm by which a straight step may miss its end; it bends there
+constexpr double kMiss = 0.02;             // mm by which a straight step may miss its end; it bends there
+constexpr double kOff = 0.01;              // mm by which it may leave the surface, over degenerate triangles
 constexpr std::size_t kMostPairs = 40000;  // of points of two closed tracks that are compared
 
 struct Box {
@@ -123,7 +125,7 @@ class Chainer {
     Walk walk;
     if (heading.norm() > 1e-6) {
       walk = walk_straight(distance_, {end.triangle, end.position}, heading, heading.norm());
-      if ((walk.end.position - start.position).norm() > kMiss) return false;
+      if ((walk.end.position - start.position).norm() > kMiss || !on_surface(end.position, walk)) return false;
     }
     if (chain.closed) start_at(chain, joint.from);
     if (next.closed) {
@@ -136,6 +138,19 @@ class Chainer {
     chain.closed = false;
     if (next.kind == PathKind::contour) chain.kind = PathKind::contour;
     used_[joint.track] = 1;
+    return true;
+  }
+
+  [[nodiscard]] bool on_surface(Vec3 from, const Walk& walk) const {
+    const PieceMesh& mesh = distance_.mesh();
+    for (const TrackPoint& p : walk.points) {
+      const auto& [a, b, c] = mesh.triangles[p.triangle];
+      for (const Vec3& place : {Vec3(0.5 * (from + p.position)), p.position}) {
+        const Vec3 nearest = closest_point_on_triangle(place, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
+        if ((nearest - place).norm() > kOff) return false;
+      }
+      from = p.position;
+    }
     return true;
   }
 

@@ -37,9 +37,9 @@ struct ToolpathCertificateOptions {
 // Coverage: points spread evenly over the triangles of a sheet; one is covered when a path of the same sheet (layer,
 //   pass, passes, material) passes within 0.55 w.
 // Overlap: sum of width * length over the covered area, less 1.
-// Spacing: from points of contours, at right angles to the path along the layer and to both sides, the distance to the
-//   first path within 1.75 w, where that is a contour that runs parallel within 25 degrees. Where a centre line or nothing
-//   comes first, there is no pair of rings to measure.
+// Spacing: from points of rings, at right angles to the path along the layer and to both sides, the distance to the
+//   first path within 1.75 w, where that is a ring that runs parallel within 25 degrees. A ring is a part of a contour
+//   whose bead is w wide within 10 %; the rest of a contour fills what rings leave, as wide as that is, or joins them.
 // Local height: 1 / (N m |grad G|) of the triangle, or the height of the tip above the platform where that is less. A
 //   segment across several triangles may have any height between those of the triangles that it touches.
 // Volume of a layer: what is missing or too much beyond the volume of its pieces smaller than w^2, against the whole; a
