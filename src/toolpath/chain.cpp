@@ -155,21 +155,16 @@ class Chainer {
   }
 
   void append_step(Track& chain, const Walk& walk, const TrackPoint& start) {
-    TrackPoint to = start;
-    to.step = true;
-    to.triangle = walk.points.empty() ? chain.points.back().triangle : walk.end.triangle;
-    const auto lay_over = [&](TrackPoint point) {
-      const double thickness = distance_.mesh().thickness[point.triangle];
-      const double middle = 0.5 * (point.position.z() + chain.points.back().position.z());
-      point.step = true;
-      point.tip_offset = tip_offset_at(distance_.mesh(), point.triangle, point.position);
-      point.thickness = thickness;
-      point.height = clipped_height(thickness, middle, distance_.mesh().rise[point.triangle]);
-      mark_irregular(point.triangle);
-      if ((point.position - chain.points.back().position).norm() > 1e-6) chain.points.push_back(point);
-    };
-    for (std::size_t i = 0; i + 1 < walk.points.size(); ++i) lay_over(walk.points[i]);
-    lay_over(to);
+    Track step{.points = {chain.points.back()}};
+    for (std::size_t i = 0; i + 1 < walk.points.size(); ++i) step.points.push_back(walk.points[i]);
+    step.points.push_back(start);
+    step.points.back().triangle = walk.points.empty() ? step.points.front().triangle : walk.end.triangle;
+    for (std::size_t i = 1; i < step.points.size(); ++i) mark_irregular(step.points[i].triangle);
+    thin_track(distance_.mesh(), irregular_, step);
+    for (std::size_t i = 1; i < step.points.size(); ++i) {
+      step.points[i].step = true;
+      chain.points.push_back(step.points[i]);
+    }
   }
 
   void mark_irregular(Index triangle) {
