@@ -9,6 +9,7 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kChordTolerance = 0.02;     // mm
+constexpr double kClippedChordTolerance = 0.004;  // mm; where the height follows from that above the platform
 constexpr double kMostUneven = 0.05;          // relative, of the thicknesses under the joined segments to their mean
 constexpr double kThicknessTolerance = 0.019; // relative, of the mean to some stretch that is really so thick
 constexpr double kStretch = 0.31;             // mm; what is shorter is no stretch
@@ -31,9 +32,10 @@ struct Range {
 struct Run {
   double length = 0.0, thickness = 0.0, height = 0.0, weight = 0.0;  // middle two: sums by weight
   Range all, stretches;
-  bool irregular = false;
+  bool irregular = false, clipped = false;  // clipped: by the platform
 
   void add(double l, double t, double h, bool is_irregular) {
+    clipped = clipped || h < t;
     const bool counts = l >= kShort;
     if (counts && all.high == 0.0) thickness = height = weight = 0.0;
     if (counts || all.high == 0.0) thickness += l * t, height += l * h, weight += l;
@@ -47,11 +49,12 @@ struct Run {
     const double mean = thickness / weight;
     return all.within(mean, kThicknessTolerance) || (all.within(mean, kMostUneven) && stretches.holds(mean, kThicknessTolerance));
   }
+  [[nodiscard]] double tolerance() const { return clipped ? kClippedChordTolerance : kChordTolerance; }
   [[nodiscard]] double longest() const { return irregular ? kLongestIrregular : kLongest; }
 };
 
 // Whether one segment may stand for the points between two.
-bool straight(const std::vector<TrackPoint>& points, std::size_t from, std::size_t to) {
+bool straight(const std::vector<TrackPoint>& points, std::size_t from, std::size_t to, double tolerance) {
   const TrackPoint &first = points[from], &last = points[to];
   if (first.normal.dot(last.normal) < kLargestTurn) return false;
   const Vec3 chord = last.position - first.position;
@@ -59,7 +62,7 @@ bool straight(const std::vector<TrackPoint>& points, std::size_t from, std::size
   for (std::size_t k = from + 1; k < to; ++k) {
     const Vec3 out = points[k].position - first.position;
     const double part = squared > 0.0 ? std::clamp(out.dot(chord) / squared, 0.0, 1.0) : 0.0;
-    if ((out - part * chord).squaredNorm() > kChordTolerance * kChordTolerance) return false;
+    if ((out - part * chord).squaredNorm() > tolerance * tolerance) return false;
     const Vec3 normal = first.normal + part * (last.normal - first.normal);
     if (normal.cross(points[k].normal).squaredNorm() > kNormalTolerance * kNormalTolerance * normal.squaredNorm()) return false;
   }
@@ -91,7 +94,7 @@ void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track
       Run longer = run;
       add(longer, to + 1);
       const bool forced = run.length < kShort || longer.length - run.length < 1e-6;
-      if (!forced && (longer.length > longer.longest() || !longer.even() || !straight(points, from, to + 1))) break;
+      if (!forced && (longer.length > longer.longest() || !longer.even() || !straight(points, from, to + 1, longer.tolerance()))) break;
       run = longer;
       ++to;
     }

@@ -10,7 +10,7 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kMiss = 0.02;             // mm by which a straight step may miss its end; it bends there
-constexpr double kOff = 0.01;              // mm by which it may leave the surface, over degenerate triangles
+constexpr double kOff = 0.001;             // mm by which it may leave the surface, over degenerate triangles
 constexpr std::size_t kMostPairs = 40000;  // of points of two closed tracks that are compared
 
 struct Box {
