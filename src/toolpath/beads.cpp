@@ -9,7 +9,7 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kChordTolerance = 0.02;     // mm
-constexpr double kClippedChordTolerance = 0.004;  // mm; where the height follows from that above the platform
+constexpr double kClippedChordTolerance = 0.0015;  // mm; where the height follows from that above the platform
 constexpr double kMostUneven = 0.05;          // relative, of the thicknesses under the joined segments to their mean
 constexpr double kThicknessTolerance = 0.019; // relative, of the mean to some stretch that is really so thick
 constexpr double kStretch = 0.31;             // mm; what is shorter is no stretch

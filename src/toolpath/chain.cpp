@@ -10,7 +10,7 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kMiss = 0.02;             // mm by which a straight step may miss its end; it bends there
-constexpr double kOff = 0.001;             // mm by which it may leave the surface, over degenerate triangles
+constexpr double kOff = 0.005;             // mm by which it may leave the surface, over degenerate triangles
 constexpr std::size_t kMostPairs = 40000;  // of points of two closed tracks that are compared
 
 struct Box {
@@ -124,7 +124,7 @@ class Chainer {
     const Vec3 heading = start.position - end.position;
     Walk walk;
     if (heading.norm() > 1e-6) {
-      walk = walk_straight(distance_, {end.triangle, end.position}, heading, heading.norm());
+      walk = walk_straight(distance_, {triangle_ahead(end, heading), end.position}, heading, heading.norm());
       if ((walk.end.position - start.position).norm() > kMiss || !on_surface(end.position, walk)) return false;
     }
     if (chain.closed) start_at(chain, joint.from);
@@ -139,6 +139,24 @@ class Chainer {
     if (next.kind == PathKind::contour) chain.kind = PathKind::contour;
     used_[joint.track] = 1;
     return true;
+  }
+
+  // A point often lies on an edge: of its triangle and the three beside it, the one that the step enters.
+  [[nodiscard]] Index triangle_ahead(const TrackPoint& from, const Vec3& heading) const {
+    const PieceMesh& mesh = distance_.mesh();
+    const Vec3 ahead = from.position + heading * std::min(0.5, 0.05 / heading.norm());
+    Index best = from.triangle;
+    double least = 1e300;
+    const auto offer = [&](Index t) {
+      const auto& [a, b, c] = mesh.triangles[t];
+      const double off = (closest_point_on_triangle(ahead, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]) - ahead).norm();
+      if (off < least) least = off, best = t;
+    };
+    offer(from.triangle);
+    for (const Index across : mesh.neighbours[from.triangle]) {
+      if (across != kNone) offer(across);
+    }
+    return best;
   }
 
   [[nodiscard]] bool on_surface(Vec3 from, const Walk& walk) const {
