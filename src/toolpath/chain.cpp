@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kMiss = 0.02;             // mm by which a straight step may miss its end; it bends there
 constexpr double kOff = 0.005;             // mm by which it may leave the surface, over degenerate triangles
+constexpr double kUneven = 0.019;          // of the thickness
 constexpr std::size_t kMostPairs = 40000;  // of points of two closed tracks that are compared
 
 struct Box {
@@ -127,17 +128,54 @@ class Chainer {
       walk = walk_straight(distance_, {triangle_ahead(end, heading), end.position}, heading, heading.norm());
       if ((walk.end.position - start.position).norm() > kMiss || !on_surface(end.position, walk)) return false;
     }
+    Track step = step_of(end, walk, start);
+    if (!heights_hold(step, walk)) return false;
     if (chain.closed) start_at(chain, joint.from);
     if (next.closed) {
       start_at(next, joint.to);
     } else if (joint.to != 0) {
       turn_round(next);
     }
-    append_step(chain, walk, start);
+    for (const TrackPoint& p : walk.points) mark_irregular(p.triangle);
+    chain.points.insert(chain.points.end(), step.points.begin() + 1, step.points.end());
     chain.points.insert(chain.points.end(), next.points.begin() + 1, next.points.end());
     chain.closed = false;
     if (next.kind == PathKind::contour) chain.kind = PathKind::contour;
     used_[joint.track] = 1;
+    return true;
+  }
+
+  Track step_of(const TrackPoint& end, const Walk& walk, const TrackPoint& start) const {
+    Track step{.points = {end}};
+    for (std::size_t i = 0; i + 1 < walk.points.size(); ++i) step.points.push_back(walk.points[i]);
+    step.points.push_back(start);
+    step.points.back().triangle = walk.points.empty() ? end.triangle : walk.end.triangle;
+    thin_track(distance_.mesh(), irregular_, step);
+    for (TrackPoint& p : step.points) p.step = true;
+    step.points.front().step = end.step;
+    return step;
+  }
+
+  // Along an edge of the mesh a step may be counted to the wrong side of it: its beads' heights are compared with the
+  // triangle that really lies under the middle of each.
+  [[nodiscard]] bool heights_hold(const Track& step, const Walk& walk) const {
+    const PieceMesh& mesh = distance_.mesh();
+    for (std::size_t i = 1; i < step.points.size(); ++i) {
+      const Vec3 middle = 0.5 * (step.points[i - 1].position + step.points[i].position);
+      double least = 1e300, thickness = 0.0;
+      const auto offer = [&](Index t) {
+        const auto& [a, b, c] = mesh.triangles[t];
+        const double off = (closest_point_on_triangle(middle, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]) - middle).norm();
+        if (off < least) least = off, thickness = mesh.thickness[t];
+      };
+      for (const TrackPoint& p : walk.points) {
+        offer(p.triangle);
+        for (const Index across : mesh.neighbours[p.triangle]) {
+          if (across != kNone) offer(across);
+        }
+      }
+      if (thickness > 0.0 && std::abs(step.points[i].thickness / thickness - 1.0) > kUneven) return false;
+    }
     return true;
   }
 
@@ -170,19 +208,6 @@ class Chainer {
       from = p.position;
     }
     return true;
-  }
-
-  void append_step(Track& chain, const Walk& walk, const TrackPoint& start) {
-    Track step{.points = {chain.points.back()}};
-    for (std::size_t i = 0; i + 1 < walk.points.size(); ++i) step.points.push_back(walk.points[i]);
-    step.points.push_back(start);
-    step.points.back().triangle = walk.points.empty() ? step.points.front().triangle : walk.end.triangle;
-    for (std::size_t i = 1; i < step.points.size(); ++i) mark_irregular(step.points[i].triangle);
-    thin_track(distance_.mesh(), irregular_, step);
-    for (std::size_t i = 1; i < step.points.size(); ++i) {
-      step.points[i].step = true;
-      chain.points.push_back(step.points[i]);
-    }
   }
 
   void mark_irregular(Index triangle) {
