@@ -12,6 +12,7 @@ namespace {
 constexpr double kMiss = 0.02;             // mm by which a straight step may miss its end; it bends there
 constexpr double kOff = 0.005;             // mm by which it may leave the surface, over degenerate triangles
 constexpr double kUneven = 0.019;          // of the thickness
+constexpr double kPlaces = 0.3;            // mm between the places where that is looked at
 constexpr std::size_t kMostPairs = 40000;  // of points of two closed tracks that are compared
 
 struct Box {
@@ -128,8 +129,8 @@ class Chainer {
       walk = walk_straight(distance_, {triangle_ahead(end, heading), end.position}, heading, heading.norm());
       if ((walk.end.position - start.position).norm() > kMiss || !on_surface(end.position, walk)) return false;
     }
-    Track step = step_of(end, walk, start);
-    if (!heights_hold(step, walk)) return false;
+    const Track step = step_of(end, walk, start);
+    if (!walk.points.empty() && !heights_hold(step, walk)) return false;
     if (chain.closed) start_at(chain, joint.from);
     if (next.closed) {
       start_at(next, joint.to);
@@ -157,26 +158,38 @@ class Chainer {
   }
 
   // Along an edge of the mesh a step may be counted to the wrong side of it: its beads' heights are compared with the
-  // triangle that really lies under the middle of each.
+  // triangles that really lie under places of each.
   [[nodiscard]] bool heights_hold(const Track& step, const Walk& walk) const {
-    const PieceMesh& mesh = distance_.mesh();
     for (std::size_t i = 1; i < step.points.size(); ++i) {
-      const Vec3 middle = 0.5 * (step.points[i - 1].position + step.points[i].position);
-      double least = 1e300, thickness = 0.0;
-      const auto offer = [&](Index t) {
-        const auto& [a, b, c] = mesh.triangles[t];
-        const double off = (closest_point_on_triangle(middle, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]) - middle).norm();
-        if (off < least) least = off, thickness = mesh.thickness[t];
-      };
-      for (const TrackPoint& p : walk.points) {
-        offer(p.triangle);
-        for (const Index across : mesh.neighbours[p.triangle]) {
-          if (across != kNone) offer(across);
-        }
+      const Vec3 &from = step.points[i - 1].position, along = step.points[i].position - from;
+      const int places = std::max(1, static_cast<int>(std::ceil(along.norm() / kPlaces)));
+      double low = 1e300, high = 0.0;
+      for (int k = 0; k < places; ++k) {
+        const double thickness = thickness_under(from + (k + 0.5) / places * along, walk);
+        low = std::min(low, thickness), high = std::max(high, thickness);
       }
-      if (thickness > 0.0 && std::abs(step.points[i].thickness / thickness - 1.0) > kUneven) return false;
+      const double own = step.points[i].thickness;
+      if (own < low * (1.0 - kUneven) || own > high * (1.0 + kUneven)) return false;
     }
     return true;
+  }
+
+  // Of the triangle of a walk, or beside it, that is nearest.
+  [[nodiscard]] double thickness_under(const Vec3& place, const Walk& walk) const {
+    const PieceMesh& mesh = distance_.mesh();
+    double least = 1e300, thickness = 0.0;
+    const auto offer = [&](Index t) {
+      const auto& [a, b, c] = mesh.triangles[t];
+      const double off = (closest_point_on_triangle(place, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]) - place).norm();
+      if (off < least) least = off, thickness = mesh.thickness[t];
+    };
+    for (const TrackPoint& p : walk.points) {
+      offer(p.triangle);
+      for (const Index across : mesh.neighbours[p.triangle]) {
+        if (across != kNone) offer(across);
+      }
+    }
+    return thickness;
   }
 
   // A point often lies on an edge: of its triangle and the three beside it, the one that the step enters.
