@@ -35,7 +35,7 @@ void start_at(Track& track, std::size_t point) {
   if (point == 0 || point + 1 >= points.size()) return;
   points.erase(points.begin());  // the last one repeats it, with the values of the segment that ends there
   std::rotate(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(point - 1), points.end());
-  points.insert(points.begin(), points.back());
+  points.push_back(TrackPoint(points.front()));
 }
 
 // What is told of a segment moves to its other end.
