@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
+#include <numbers>
 
 #include "curvesup/core/error.h"
 #include "toolpath/sheets.h"
@@ -56,6 +58,30 @@ TEST(PlanToolpaths, BeadsAddUpWhereTheWidthSwings) {
         EXPECT_GE(p.width_mm, 0.2);
         EXPECT_LE(p.width_mm, 1.2);
       }
+    }
+  }
+}
+
+TEST(PlanToolpaths, StepsJoinTracksAndNeverCrossAGap) {
+  // A ring with a slit narrower than a step: tracks on either side of it must not be joined across.
+  const double slit = 1.2, outer = 9.0;
+  const auto sheet = sheets::mapped_grid(120, 8, [&](double u, double v) {
+    const double r = outer - 5.3 * v, a = std::asin(0.5 * slit / r), turn = a + u * (2.0 * std::numbers::pi - 2.0 * a);
+    return Vec3(r * std::cos(turn), r * std::sin(turn), 10.0);
+  });
+  ToolpathOptions apart;
+  apart.link_rings = false;
+  const auto joined = plan(sheet), single = plan(sheet, apart);
+  EXPECT_LT(2 * joined.report.paths, single.report.paths);
+  EXPECT_NEAR(joined.report.volume_mm3[0] / joined.report.layer_volume_mm3[0], 1.0, 0.01);
+  for (const Path& path : joined.toolpaths.paths) {
+    for (Index i = path.first_point + 1; i < path.first_point + path.point_count; ++i) {
+      const Vec3 &a = joined.toolpaths.points[i - 1].position, &b = joined.toolpaths.points[i].position;
+      for (const double t : {0.25, 0.5, 0.75}) {
+        const Vec3 p = a + t * (b - a);
+        EXPECT_FALSE(p.x() > 0.0 && std::abs(p.y()) < 0.5 * slit - 0.01) << p.transpose();
+      }
+      EXPECT_LT((b - a).norm(), 5.01);
     }
   }
 }
