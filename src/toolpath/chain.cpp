@@ -38,20 +38,6 @@ void start_at(Track& track, std::size_t point) {
   points.push_back(TrackPoint(points.front()));
 }
 
-// What is told of a segment moves to its other end.
-void turn_round(Track& track) {
-  auto& points = track.points;
-  std::reverse(points.begin(), points.end());
-  for (std::size_t i = points.size() - 1; i > 0; --i) {
-    const Vec3 position = points[i].position, normal = points[i].normal;
-    const double tip_offset = points[i].tip_offset;
-    points[i] = points[i - 1];
-    points[i].position = position;
-    points[i].normal = normal;
-    points[i].tip_offset = tip_offset;
-  }
-}
-
 // Where a chain can go on: from its point `from` (its end, unless it is still closed) to a point of another track.
 struct Joint {
   double distance = 0.0;

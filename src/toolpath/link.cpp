@@ -43,13 +43,7 @@ class Linker {
     for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
       Track& track = tracks_[t];
       if (track.kind != PathKind::contour || !track.closed || track.points.size() < 4) continue;
-      if (track.level % 2 == 1) {
-        std::reverse(track.points.begin(), track.points.end());
-        for (std::size_t i = track.points.size() - 1; i > 0; --i) {
-          track.points[i].triangle = track.points[i - 1].triangle;
-          track.points[i].width = track.points[i - 1].width;
-        }
-      }
+      if (track.level % 2 == 1) turn_round(track);
       const Index first = static_cast<Index>(nodes_.size()), n = static_cast<Index>(track.points.size()) - 1;
       for (Index i = 0; i < n; ++i) {
         nodes_.push_back({track.points[i + 1], first + (i + 1) % n, first + (i + n - 1) % n, t, true});
@@ -246,7 +240,7 @@ class Linker {
         tail_of[r] = t;
         tail_walk[r] = std::move(walk);
         absorbed[t] = 1;
-        if (side == 1) reverse(line);
+        if (side == 1) turn_round(line);
       }
     }
     for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
@@ -279,14 +273,6 @@ class Linker {
       result.push_back(std::move(track));
     }
     tracks_ = std::move(result);
-  }
-
-  static void reverse(Track& line) {
-    std::reverse(line.points.begin(), line.points.end());
-    for (std::size_t i = line.points.size() - 1; i > 0; --i) {
-      line.points[i].triangle = line.points[i - 1].triangle;
-      line.points[i].width = line.points[i - 1].width;
-    }
   }
 
   struct Key {

@@ -21,6 +21,19 @@ bool barycentric(const PieceMesh& mesh, Index triangle, const Vec3& p, std::arra
 
 }  // namespace
 
+void turn_round(Track& track) {
+  auto& points = track.points;
+  std::reverse(points.begin(), points.end());
+  for (std::size_t i = points.size() - 1; i > 0; --i) {
+    const Vec3 position = points[i].position, normal = points[i].normal;
+    const double tip_offset = points[i].tip_offset;
+    points[i] = points[i - 1];
+    points[i].position = position;
+    points[i].normal = normal;
+    points[i].tip_offset = tip_offset;
+  }
+}
+
 double length_of(const Track& track) {
   double sum = 0.0;
   for (std::size_t i = 1; i < track.points.size(); ++i) {

@@ -31,6 +31,9 @@ struct SurfacePoint {
   Vec3 position = Vec3::Zero();
 };
 
+// Lets a track run the other way; what is told of a segment moves to its other end.
+void turn_round(Track& track);
+
 [[nodiscard]] double length_of(const Track& track);
 [[nodiscard]] Vec3 normal_at(const PieceMesh& mesh, Index triangle, const Vec3& position);
 [[nodiscard]] double tip_offset_at(const PieceMesh& mesh, Index triangle, const Vec3& position);
