@@ -83,7 +83,8 @@ TetMesh read(const tetgenio& out) {
   return mesh;
 }
 
-// Removes vertices past the first `kept` that no tet uses.
+}  // namespace
+
 void drop_unused_vertices(TetMesh& mesh, Index kept) {
   std::vector<Index> id(mesh.vertices.size(), kNone);
   for (Index v = 0; v < kept; ++v) id[v] = v;
@@ -101,8 +102,6 @@ void drop_unused_vertices(TetMesh& mesh, Index kept) {
     for (Index& v : tet) v = id[v];
   }
 }
-
-}  // namespace
 
 TetMesh tetrahedralize(const PiecewiseComplex& complex, const TetrahedralizeOptions& options) {
   if (complex.facets.empty()) {

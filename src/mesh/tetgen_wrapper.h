@@ -29,4 +29,7 @@ struct TetrahedralizeOptions {
 // next call works as if it had not been. Same input, same result. About 0.3 million tets a second.
 [[nodiscard]] TetMesh tetrahedralize(const PiecewiseComplex& complex, const TetrahedralizeOptions& options = {});
 
+// Removes vertices past the first `kept` that no tet uses; the order of the others stays.
+void drop_unused_vertices(TetMesh& mesh, Index kept);
+
 }  // namespace curvesup

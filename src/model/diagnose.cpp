@@ -8,6 +8,7 @@
 #include "curvesup/core/format.h"
 #include "curvesup/mesh/triangle_mesh.h"
 #include "model/mesh_checks.h"
+#include "model/problem_list.h"
 
 namespace curvesup {
 
@@ -21,7 +22,7 @@ constexpr double kCloseGap = 1e-4;  // of the bounding-box diagonal
 
 Index size_of(const auto& container) { return static_cast<Index>(container.size()); }
 
-class Diagnosis {
+class Diagnosis : private ProblemList {
  public:
   explicit Diagnosis(const TetMesh& mesh) : mesh_(mesh) {}
 
@@ -39,20 +40,6 @@ class Diagnosis {
   }
 
  private:
-  void add(std::string name, Severity severity, std::string element, int ids_per_element, std::vector<Index> ids,
-           std::string text, std::string remedy) {
-    if (ids.empty()) return;
-    result_.problems.push_back({std::move(name), severity, std::move(element), ids_per_element, std::move(ids),
-                                std::move(text), std::move(remedy)});
-  }
-
-  template <std::size_t N>
-  static std::vector<Index> flat(const std::vector<std::array<Index, N>>& list) {
-    std::vector<Index> ids;
-    for (const auto& element : list) ids.insert(ids.end(), element.begin(), element.end());
-    return ids;
-  }
-
   // Tets whose four corners exist and are finite go on, as tets of sound_; file_tet_ keeps their ids.
   void keep_usable_tets() {
     const auto out_of_range = tets_out_of_range(mesh_);
@@ -197,7 +184,6 @@ class Diagnosis {
   TetMesh sound_;
   std::vector<Index> file_tet_;
   double diagonal_ = 0.0;
-  MeshDiagnosis result_;
 };
 
 }  // namespace

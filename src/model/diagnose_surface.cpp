@@ -6,6 +6,7 @@
 #include "curvesup/core/format.h"
 #include "curvesup/model/diagnose.h"
 #include "model/mesh_checks.h"
+#include "model/problem_list.h"
 
 namespace curvesup {
 
@@ -18,7 +19,7 @@ constexpr double kCloseGap = 1e-4;  // of the bounding-box diagonal
 
 Index size_of(const auto& container) { return static_cast<Index>(container.size()); }
 
-class SurfaceDiagnosis {
+class SurfaceDiagnosis : private ProblemList {
  public:
   explicit SurfaceDiagnosis(const TriangleMesh& surface) : surface_(surface) {}
 
@@ -39,20 +40,6 @@ class SurfaceDiagnosis {
   }
 
  private:
-  void add(std::string name, Severity severity, std::string element, int ids_per_element, std::vector<Index> ids,
-           std::string text, std::string remedy) {
-    if (ids.empty()) return;
-    result_.problems.push_back({std::move(name), severity, std::move(element), ids_per_element, std::move(ids),
-                                std::move(text), std::move(remedy)});
-  }
-
-  template <std::size_t N>
-  static std::vector<Index> flat(const std::vector<std::array<Index, N>>& list) {
-    std::vector<Index> ids;
-    for (const auto& element : list) ids.insert(ids.end(), element.begin(), element.end());
-    return ids;
-  }
-
   void measure() {
     result_.low = Vec3::Constant(std::numeric_limits<double>::max());
     result_.high = -result_.low;
@@ -127,7 +114,6 @@ class SurfaceDiagnosis {
 
   const TriangleMesh& surface_;
   std::vector<std::array<Index, 3>> true_;  // triangles with three vertices
-  MeshDiagnosis result_;
 };
 
 }  // namespace

@@ -64,25 +64,12 @@ void empty_cavities(TetMesh& mesh, std::vector<std::array<Index, 3>> walls, Inde
   for (auto& wall : walls) wall = sorted(wall);
   std::sort(walls.begin(), walls.end());
   const std::vector<Index> depth = depths(mesh, walls);
-  std::vector<Index> id(mesh.vertices.size(), kNone);
-  for (Index v = 0; v < surface_vertices; ++v) id[v] = v;
   Index kept = 0;
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    if (depth[t] % 2 == 0) continue;
-    for (const Index v : mesh.tets[t]) id[v] = v;
-    mesh.tets[kept++] = mesh.tets[t];
+    if (depth[t] % 2 == 1) mesh.tets[kept++] = mesh.tets[t];
   }
   mesh.tets.resize(kept);
-  Index next = 0;
-  for (std::size_t v = 0; v < id.size(); ++v) {
-    if (id[v] == kNone) continue;
-    mesh.vertices[next] = mesh.vertices[v];
-    id[v] = next++;
-  }
-  mesh.vertices.resize(next);
-  for (auto& tet : mesh.tets) {
-    for (Index& v : tet) v = id[v];
-  }
+  drop_unused_vertices(mesh, surface_vertices);
 }
 
 }  // namespace
