@@ -36,6 +36,32 @@ Vec3 middle_normal(const Vec3& a, const Vec3& b) {
   return length > 1e-6 ? Vec3(sum / length) : a;
 }
 
+// Vertices by distance, the nearest first; of equal ones the lower id.
+class NearestFirst {
+ public:
+  struct Entry {
+    double distance;
+    Index vertex;
+  };
+  void push(double distance, Index vertex) {
+    heap_.push_back({distance, vertex});
+    std::push_heap(heap_.begin(), heap_.end(), later);
+  }
+  Entry pop() {
+    std::pop_heap(heap_.begin(), heap_.end(), later);
+    const Entry entry = heap_.back();
+    heap_.pop_back();
+    return entry;
+  }
+  [[nodiscard]] bool empty() const { return heap_.empty(); }
+
+ private:
+  static bool later(const Entry& x, const Entry& y) {
+    return x.distance != y.distance ? x.distance > y.distance : x.vertex > y.vertex;
+  }
+  std::vector<Entry> heap_;
+};
+
 Vec3 rotated(const Vec3& x, const Vec3& axis, double c, double s) { return c * x + s * axis.cross(x); }
 
 }  // namespace
@@ -183,18 +209,8 @@ void BorderDistance::propagate(bool from_border) {
   std::vector<Index> around(first[n]), fill(first.begin(), first.end() - 1);
   for_edges([&](Index a, Index b) { around[fill[a]++] = b, around[fill[b]++] = a; });
 
-  struct Entry {
-    double distance;
-    Index vertex;
-  };
-  const auto later = [](const Entry& x, const Entry& y) {
-    return x.distance != y.distance ? x.distance > y.distance : x.vertex > y.vertex;
-  };
-  std::vector<Entry> heap;
-  const auto push = [&](Index v) {
-    heap.push_back({fronts_[v].distance, v});
-    std::push_heap(heap.begin(), heap.end(), later);
-  };
+  NearestFirst queue;
+  const auto push = [&](Index v) { queue.push(fronts_[v].distance, v); };
   // A frame that is handed round a fold or a needle can shrink a little with every turn, so a vertex may be set only
   // once in the first pass and improved a few times in the second.
   std::vector<std::uint8_t> changes_left(n, from_border ? 255 : 3);
@@ -223,10 +239,8 @@ void BorderDistance::propagate(bool from_border) {
   } else {
     for (Index v = 0; v < n; ++v) relax_from(v);
   }
-  while (!heap.empty()) {
-    std::pop_heap(heap.begin(), heap.end(), later);
-    const Entry entry = heap.back();
-    heap.pop_back();
+  while (!queue.empty()) {
+    const NearestFirst::Entry entry = queue.pop();
     if (entry.distance != fronts_[entry.vertex].distance) continue;
     if (from_border) changes_left[entry.vertex] = 0;
     relax_from(entry.vertex);
@@ -252,14 +266,7 @@ void BorderDistance::march() {
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
     for (const Index v : mesh_.triangles[t]) around[fill[v]++] = static_cast<Index>(t);
   }
-  struct Entry {
-    double distance;
-    Index vertex;
-  };
-  const auto later = [](const Entry& x, const Entry& y) {
-    return x.distance != y.distance ? x.distance > y.distance : x.vertex > y.vertex;
-  };
-  std::vector<Entry> heap;
+  NearestFirst queue;
   constexpr std::uint8_t kMostChanges = 20;
   constexpr double kGain = 1e-5;  // mm
   std::vector<std::uint8_t> changes(n, 0);
@@ -274,8 +281,7 @@ void BorderDistance::march() {
     held.tangent = length > 1e-9 ? Vec3(direction / length) : Vec3(normal.unitOrthogonal());
     held.distance = distance;
     ++changes[vertex];
-    heap.push_back({distance, vertex});
-    std::push_heap(heap.begin(), heap.end(), later);
+    queue.push(distance, vertex);
   };
   const auto cross = [&](Index a, Index b, Index c, bool on_border) {
     const Front &at_a = fronts_[a], &at_b = fronts_[b];
@@ -336,10 +342,8 @@ void BorderDistance::march() {
   for (Index v = 0; v < n; ++v) {
     if (fixed[v]) hand_on(v);
   }
-  while (!heap.empty()) {
-    std::pop_heap(heap.begin(), heap.end(), later);
-    const Entry entry = heap.back();
-    heap.pop_back();
+  while (!queue.empty()) {
+    const NearestFirst::Entry entry = queue.pop();
     if (entry.distance == fronts_[entry.vertex].distance) hand_on(entry.vertex);
   }
 }

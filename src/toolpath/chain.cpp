@@ -162,48 +162,42 @@ class Chainer {
 
   // Of the triangle of a walk, or beside it, that is nearest.
   [[nodiscard]] double thickness_under(const Vec3& place, const Walk& walk) const {
-    const PieceMesh& mesh = distance_.mesh();
-    double least = 1e300, thickness = 0.0;
-    const auto offer = [&](Index t) {
-      const auto& [a, b, c] = mesh.triangles[t];
-      const double off = (closest_point_on_triangle(place, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]) - place).norm();
-      if (off < least) least = off, thickness = mesh.thickness[t];
-    };
-    for (const TrackPoint& p : walk.points) {
-      offer(p.triangle);
-      for (const Index across : mesh.neighbours[p.triangle]) {
-        if (across != kNone) offer(across);
-      }
-    }
-    return thickness;
+    NearestTriangle nearest;
+    for (const TrackPoint& p : walk.points) offer_around(p.triangle, place, nearest);
+    return distance_.mesh().thickness[nearest.triangle];
   }
 
   // A point often lies on an edge: of its triangle and the three beside it, the one that the step enters.
   [[nodiscard]] Index triangle_ahead(const TrackPoint& from, const Vec3& heading) const {
-    const PieceMesh& mesh = distance_.mesh();
-    const Vec3 ahead = from.position + heading * std::min(0.5, 0.05 / heading.norm());
-    Index best = from.triangle;
-    double least = 1e300;
+    NearestTriangle nearest;
+    offer_around(from.triangle, from.position + heading * std::min(0.5, 0.05 / heading.norm()), nearest);
+    return nearest.triangle;
+  }
+
+  struct NearestTriangle {
+    Index triangle = kNone;
+    double distance = 1e300;
+  };
+  // The triangle and the three beside it.
+  void offer_around(Index triangle, const Vec3& place, NearestTriangle& nearest) const {
     const auto offer = [&](Index t) {
-      const auto& [a, b, c] = mesh.triangles[t];
-      const double off = (closest_point_on_triangle(ahead, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]) - ahead).norm();
-      if (off < least) least = off, best = t;
+      const double distance = distance_to(t, place);
+      if (distance < nearest.distance) nearest = {t, distance};
     };
-    offer(from.triangle);
-    for (const Index across : mesh.neighbours[from.triangle]) {
+    offer(triangle);
+    for (const Index across : distance_.mesh().neighbours[triangle]) {
       if (across != kNone) offer(across);
     }
-    return best;
+  }
+  [[nodiscard]] double distance_to(Index triangle, const Vec3& place) const {
+    const PieceMesh& mesh = distance_.mesh();
+    const auto& [a, b, c] = mesh.triangles[triangle];
+    return (closest_point_on_triangle(place, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]) - place).norm();
   }
 
   [[nodiscard]] bool on_surface(Vec3 from, const Walk& walk) const {
-    const PieceMesh& mesh = distance_.mesh();
     for (const TrackPoint& p : walk.points) {
-      const auto& [a, b, c] = mesh.triangles[p.triangle];
-      for (const Vec3& place : {Vec3(0.5 * (from + p.position)), p.position}) {
-        const Vec3 nearest = closest_point_on_triangle(place, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
-        if ((nearest - place).norm() > kOff) return false;
-      }
+      if (distance_to(p.triangle, 0.5 * (from + p.position)) > kOff || distance_to(p.triangle, p.position) > kOff) return false;
       from = p.position;
     }
     return true;
