@@ -5,6 +5,7 @@
 #include <span>
 
 #include "check/emitted_sync.h"
+#include "check/polyline_match.h"
 #include "curvesup/core/error.h"
 #include "curvesup/io/vtk_file.h"
 
@@ -14,7 +15,6 @@ namespace {
 
 constexpr double kNearHop_mm = 3.0;  // shorter crossings may hop
 constexpr double kHop_mm = 1.0;
-constexpr double kSamePlace_mm = 5e-4;
 
 // toolpaths.vtp, its points moved to where the part stands on the platform.
 struct SourcePaths {
@@ -57,19 +57,6 @@ SourcePaths read_source(const std::filesystem::path& file) {
     source.volume_mm3.push_back(volumes[i]);
   }
   return source;
-}
-
-struct Nearest {
-  std::size_t segment = 0;  // ends at this point
-  double share = 0.0;
-  double distance = 1e300;
-};
-
-Nearest nearest_on(const Vec3& a, const Vec3& b, const Vec3& point) {
-  const Vec3 along = b - a;
-  const double squared = along.squaredNorm();
-  const double share = squared > 0.0 ? std::clamp((point - a).dot(along) / squared, 0.0, 1.0) : 0.0;
-  return {0, share, (a + share * along - point).norm()};
 }
 
 class PathCheck {
@@ -163,43 +150,42 @@ class PathCheck {
     findings_.expect(in_job.type == type, Rule::layers, place, "the type comment is another one");
   }
 
-  // Walks the emitted polyline along the source's, so that every point of both has its place on the other.
+  // Every vertex of the emitted polyline has its place on the source's, and every point of that one on the emitted one.
   void follow(int path, std::span<const Chain> chains, const Place& place) {
     const auto begin = static_cast<std::size_t>(source_.first[static_cast<std::size_t>(path)]);
     const auto end = static_cast<std::size_t>(source_.first[static_cast<std::size_t>(path) + 1]);
     if (end < begin + 2) return findings_.fail(Rule::polyline, place, "toolpaths.vtp has no segments for this path");
     const Tolerances& tolerances = machine_.tolerances;
+    const PolylineLimits limits{tolerances.chord_mm + 1e-3, tolerances.chord_mm + tolerances.corner_mm};
     const auto measure = [&](double distance, const Place& at, const char* what) {
       figures_.max_polyline_distance_mm = std::max(figures_.max_polyline_distance_mm, distance);
-      findings_.at_most(Rule::polyline, distance, tolerances.chord_mm + 1e-3, at, what);
+      findings_.at_most(Rule::polyline, distance, limits.vertex, at, what);
     };
-    Vec3 last = job_move(chains.front(), 0).from_mm;
-    measure((last - source_.tips[begin]).norm(), place, "the path starts elsewhere");
-    std::size_t segment = begin + 1;  // where `last` lies
-    double share = 0.0, volume = 0.0;
-    const double per_e = filament_area_ / machine_.filaments[static_cast<std::size_t>(std::clamp(source_.material[static_cast<std::size_t>(path)], 0, 1))].flow;
+    tips_.assign(1, job_move(chains.front(), 0).from_mm);
     for (const Chain& chain : chains) {
-      measure((job_move(chain, 0).from_mm - last).norm(), place, "a section starts where the one before did not end");
+      measure((job_move(chain, 0).from_mm - tips_.back()).norm(), place, "a section starts where the one before did not end");
+      for (std::size_t k = 0; k < chain.moves; ++k) tips_.push_back(job_move(chain, k).tip_mm);
+    }
+    const std::vector<PolylinePlace> places = match_polylines(std::span(source_.tips).subspan(begin, end - begin), tips_, limits);
+    measure(places[0].distance, place, "the path starts elsewhere");
+    double volume = 0.0;
+    const double per_e = filament_area_ / machine_.filaments[static_cast<std::size_t>(std::clamp(source_.material[static_cast<std::size_t>(path)], 0, 1))].flow;
+    std::size_t vertex = 0;
+    for (const Chain& chain : chains) {
       for (std::size_t k = 0; k < chain.moves; ++k) {
         const JobMove& move = job_move(chain, k);
         const Place at{programs_.job.file, move.line};
-        const Nearest here = locate(last, move.tip_mm, segment, share, end);
+        const PolylinePlace& here = places[++vertex];
         measure(here.distance, at, "the nozzle leaves the path");
-        for (std::size_t p = segment; p < here.segment; ++p) {
-          const double aside = nearest_on(last, move.tip_mm, source_.tips[p]).distance;
-          findings_.at_most(Rule::source_points, aside, tolerances.chord_mm + tolerances.corner_mm, at, "the nozzle cuts off points of the path");
-        }
-        check_tilt(robot_move(chain, k), here, at);
+        findings_.at_most(Rule::source_points, here.aside, limits.aside, at, "the nozzle cuts off points of the path");
+        check_tilt(robot_move(chain, k), begin + here.segment, here.share, at);
         volume += move.e_mm * per_e;
-        segment = here.segment;
-        share = here.share;
-        last = move.tip_mm;
       }
     }
-    measure((last - source_.tips[end - 1]).norm(), place, "the path ends elsewhere");
-    for (std::size_t p = segment; p < end; ++p) {
-      const double left = (source_.tips[p] - last).norm();
-      findings_.at_most(Rule::source_points, left, tolerances.chord_mm + tolerances.corner_mm, place, "the end of the path is not printed");
+    measure((tips_.back() - source_.tips[end - 1]).norm(), place, "the path ends elsewhere");
+    for (std::size_t p = begin + places.back().segment; p < end; ++p) {
+      const double left = (source_.tips[p] - tips_.back()).norm();
+      findings_.at_most(Rule::source_points, left, limits.aside, place, "the end of the path is not printed");
     }
     double wanted = 0.0;
     for (std::size_t p = begin; p < end; ++p) wanted += source_.volume_mm3[p];
@@ -207,28 +193,8 @@ class PathCheck {
     findings_.at_most(Rule::path_volume, std::max(0.0, std::abs(volume - wanted) - rounding) / std::max(wanted, 1e-9), 1e-3, place, "the path gets another volume");
   }
 
-  // The place of `tip` on the source polyline, not before the one of `last`, and not much farther on than the emitted
-  // segment is long; a tangle of points that the segment passes within tolerance does not count.
-  [[nodiscard]] Nearest locate(const Vec3& last, const Vec3& tip, std::size_t segment, double share, std::size_t end) const {
-    const double reach = 1.5 * (tip - last).norm() + 0.3, aside = machine_.tolerances.chord_mm + machine_.tolerances.corner_mm;
-    Nearest best;
-    double travelled = -share * (source_.tips[segment] - source_.tips[segment - 1]).norm();
-    for (std::size_t s = segment; s < end; ++s) {
-      const Vec3 &a = source_.tips[s - 1], &b = source_.tips[s];
-      Nearest here = nearest_on(s == segment ? Vec3(a + share * (b - a)) : a, b, tip);
-      if (s == segment) here.share = share + (1.0 - share) * here.share;
-      here.segment = s;
-      if (here.distance < best.distance - 1e-9) best = here;
-      // Waypoints are points of the path: the first place that fits, not a later pass of a hairpin that fits better.
-      if (best.distance < kSamePlace_mm) break;
-      if (nearest_on(last, tip, b).distance > aside) travelled += (b - a).norm();
-      if (travelled > reach) break;
-    }
-    return best;
-  }
-
-  void check_tilt(const RobotMove& move, const Nearest& here, const Place& place) {
-    const Vec3 normal = ((1.0 - here.share) * source_.normals[here.segment - 1] + here.share * source_.normals[here.segment]).normalized();
+  void check_tilt(const RobotMove& move, std::size_t segment, double share, const Place& place) {
+    const Vec3 normal = ((1.0 - share) * source_.normals[segment - 1] + share * source_.normals[segment]).normalized();
     const Vec3 axis = platform_.rotation.transpose() * rotation_from(move.pose.rotation_vector).col(2);
     const double degrees = std::atan2(axis.cross(normal).norm(), axis.dot(normal)) * 180.0 / std::numbers::pi;
     figures_.max_tilt_deviation_deg = std::max(figures_.max_tilt_deviation_deg, degrees);
@@ -281,6 +247,7 @@ class PathCheck {
   EmittedFigures& figures_;
   ArmFrame platform_;
   double filament_area_ = 1.0;
+  std::vector<Vec3> tips_;  // of one path, as emitted
 };
 
 // Ways between chains leave and arrive along the nozzle, and lift as far as is needed.

@@ -8,6 +8,12 @@ namespace {
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
+// Whether two directions are farther apart than the acute angle of that tangent; lengths do not matter.
+bool turned_more(const Vec3& a, const Vec3& b, double tangent) {
+  const double cosine = a.dot(b);
+  return cosine <= 0.0 || a.cross(b).squaredNorm() > tangent * tangent * cosine * cosine;
+}
+
 // Running sums along a path, with points nearer than programs may state as one.
 struct Merged {
   std::vector<std::size_t> index;                // into the path
@@ -92,7 +98,7 @@ std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::s
                                        std::span<const Vec3> axes, Index first_point, double max_flow_mm3_s,
                                        const Tolerances& tolerances) {
   if (points.empty()) return {};
-  const double chord = tolerances.chord_mm, turn = tolerances.axis.radians();
+  const double chord = tolerances.chord_mm, turn_tangent = tolerances.axis.tan();
   const Merged merged = merge_near_points(points, tips, max_flow_mm3_s, tolerances.min_segment_mm, chord);
   // One segment may stand for the points between two of them.
   const auto serves = [&](std::size_t from, std::size_t to) {
@@ -106,9 +112,12 @@ std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::s
       const double t = offset.dot(along) / squared;
       if (t < progress || t > 1.0) return false;
       progress = t;
-      if ((offset - t * along).squaredNorm() > chord * chord) return false;
-      const Vec3 axis = ((1.0 - t) * axes[merged.index[from]] + t * axes[merged.index[to]]).normalized();
-      if (angle_between(axis, axes[merged.index[m]]) > turn) return false;
+      for (std::size_t i = merged.index[m]; i < merged.index[m + 1]; ++i) {
+        const Vec3 apart = tips[i] - a;
+        if (apart.squaredNorm() * squared - std::pow(apart.dot(along), 2) > chord * chord * squared) return false;
+      }
+      const Vec3 axis = (1.0 - t) * axes[merged.index[from]] + t * axes[merged.index[to]];
+      if (turned_more(axis, axes[merged.index[m]], turn_tangent)) return false;
       const double even = (1.0 - t) * merged.volume[from] + t * merged.volume[to];
       if (std::abs(merged.volume[m] - even) > tolerances.bead_mm3) return false;
     }

@@ -98,6 +98,18 @@ TEST(ThinWaypoints, PointsMadeOneStayWithinTheChord) {
   EXPECT_NEAR(kept[0].volume_mm3 + kept[1].volume_mm3 + (kept.size() > 2 ? kept[2].volume_mm3 : 0.0), 8.045 * 0.48, 1e-9);
 }
 
+TEST(ThinWaypoints, PointsMadeOneCountWithTheSegmentThatPassesThem) {
+  // The third point is one with the second, and farther from the straight way than the chord allows.
+  Line line;
+  const std::vector<Vec3> positions = {Vec3(0, 0, 1), Vec3(3, 0.029, 1), Vec3(3.01, 0.055, 1), Vec3(6, 0, 1)};
+  shapes::add_path(line.toolpaths, positions, std::vector<Vec3>(4, Vec3::UnitZ()), 0);
+  for (const PathPoint& point : line.toolpaths.points) line.tips.push_back(point.position);
+  line.axes.assign(4, Vec3::UnitZ());
+  const auto kept = thin(line);
+  ASSERT_EQ(kept.size(), 3u);
+  EXPECT_LE((kept[1].tip - positions[2]).norm(), 0.03);
+}
+
 TEST(ThinWaypoints, EndOfATinyRingTakesNothingFromItsFarSide) {
   // The two points before the end are one, and give way to it.
   Line line;
