@@ -30,15 +30,15 @@ struct Range {
 
 // What lies under the segments that are joined into one. Short ones have no say unless all are short.
 struct Run {
-  double length = 0.0, thickness = 0.0, height = 0.0, weight = 0.0;  // middle two: sums by weight
+  double length = 0.0, thickness = 0.0, rise = 0.0, weight = 0.0;  // middle two: sums by weight
   Range all, stretches;
   bool irregular = false, clipped = false;  // clipped: by the platform
 
-  void add(double l, double t, double h, bool is_irregular) {
-    clipped = clipped || h < t;
+  void add(double l, double t, double r, bool is_clipped, bool is_irregular) {
+    clipped = clipped || is_clipped;
     const bool counts = l >= kShort;
-    if (counts && all.high == 0.0) thickness = height = weight = 0.0;
-    if (counts || all.high == 0.0) thickness += l * t, height += l * h, weight += l;
+    if (counts && all.high == 0.0) thickness = rise = weight = 0.0;
+    if (counts || all.high == 0.0) thickness += l * t, rise += l * r, weight += l;
     length += l;
     irregular = irregular || is_irregular;
     if (counts) all.add(t);
@@ -83,8 +83,9 @@ void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track
   const auto add = [&](Run& run, std::size_t to) {
     const Index under = points[to].triangle;
     const Vec3 &a = points[to - 1].position, &b = points[to].position;
-    const double thickness = mesh.thickness[under];
-    run.add((b - a).norm(), thickness, clipped_height(thickness, 0.5 * (a.z() + b.z()), mesh.rise[under]), irregular[under]);
+    const double thickness = mesh.thickness[under], rise = mesh.rise[under];
+    const bool clipped = clipped_height(thickness, 0.5 * (a.z() + b.z()), rise) < thickness;
+    run.add((b - a).norm(), thickness, rise, clipped, irregular[under]);
   };
   for (std::size_t from = 0; from + 1 < points.size();) {
     Run run;
@@ -100,9 +101,10 @@ void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track
     }
     from = to;
     if ((points[to].position - kept.back().position).norm() < 1e-6) continue;
+    const double middle = 0.5 * (kept.back().position.z() + points[to].position.z());
     kept.push_back(points[to]);
     kept.back().thickness = run.thickness / run.weight;
-    kept.back().height = run.height / run.weight;
+    kept.back().height = clipped_height(kept.back().thickness, middle, run.rise / run.weight);
     kept.back().tip_offset = tip_offset_at(mesh, points[to].triangle, points[to].position);
   }
   track.points = std::move(kept);

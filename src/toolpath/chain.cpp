@@ -1,227 +1,279 @@
 #include "toolpath/chain.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <queue>
+#include <utility>
 
-#include "curvesup/mesh/triangle_mesh.h"
+#include "core/disjoint_sets.h"
 #include "toolpath/beads.h"
+#include "toolpath/step.h"
 
 namespace curvesup::toolpath {
 namespace {
 
-constexpr double kMiss = 0.02;             // mm by which a straight step may miss its end; it bends there
-constexpr double kOff = 0.005;             // mm by which it may leave the surface, over degenerate triangles
-constexpr double kUneven = 0.019;          // of the thickness
-constexpr double kPlaces = 0.3;            // mm between the places where that is looked at
-constexpr std::size_t kMostPairs = 40000;  // of points of two closed tracks that are compared
+constexpr double kLongestWay = 1.3;   // of the straight distance, that a step may take over the surface
+constexpr double kPortSpacing = 0.2;  // mm between the places of a closed track where a step may meet it
+constexpr int kMostRefused = 12;      // steps to one end
 
-struct Box {
-  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
-
-  void add(const Vec3& p) { low = low.cwiseMin(p), high = high.cwiseMax(p); }
-  [[nodiscard]] double distance(const Vec3& p) const { return (low - p).cwiseMax(p - high).cwiseMax(0.0).norm(); }
-  [[nodiscard]] double distance(const Box& b) const { return (low - b.high).cwiseMax(b.low - high).cwiseMax(0.0).norm(); }
+// A place where a step may meet a track: an end, or any point of a closed track.
+struct Port {
+  Index track = 0, point = 0;
+  friend auto operator<=>(const Port&, const Port&) = default;
 };
 
-Box box_of(const Track& track) {
-  Box box;
-  for (const TrackPoint& p : track.points) box.add(p.position);
-  return box;
-}
+struct Joint {
+  double distance = 0.0;
+  Port a, b;
+  // The queue gives the shortest first; of equal ones that of the lower ports.
+  friend bool operator<(const Joint& x, const Joint& y) {
+    return x.distance != y.distance ? x.distance > y.distance : std::pair(x.a, x.b) > std::pair(y.a, y.b);
+  }
+};
+
+// Places by the cells of a cubic grid.
+class PortGrid {
+ public:
+  explicit PortGrid(double cell) : cell_(cell) {}
+  void add(const Vec3& place, const Port& port) { entries_.push_back({key(place, 0, 0, 0), place, port}); }
+  void finish() {
+    std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& x, const Entry& y) { return x.key < y.key; });
+  }
+  // Calls use(place, port) for all places within a cell's size of `place`, and some others.
+  template <class Use>
+  void visit(const Vec3& place, const Use& use) const {
+    for (int x = -1; x <= 1; ++x) {
+      for (int y = -1; y <= 1; ++y) {
+        const std::uint64_t first = key(place, x, y, -1);
+        auto at = std::lower_bound(entries_.begin(), entries_.end(), first, [](const Entry& e, std::uint64_t k) { return e.key < k; });
+        for (; at != entries_.end() && at->key <= first + 2; ++at) use(at->place, at->port);
+      }
+    }
+  }
+
+ private:
+  struct Entry {
+    std::uint64_t key;
+    Vec3 place;
+    Port port;
+  };
+  // Cells in a column along z have consecutive keys.
+  [[nodiscard]] std::uint64_t key(const Vec3& p, int x, int y, int z) const {
+    const auto index = [&](double c, int off) {
+      return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(c / cell_)) + off + (1 << 20)) & 0x1fffff;
+    };
+    return index(p.x(), x) << 42 | index(p.y(), y) << 21 | index(p.z(), z);
+  }
+
+  double cell_;
+  std::vector<Entry> entries_;
+};
 
 // Makes a closed track start and end at one of its points.
-void start_at(Track& track, std::size_t point) {
+void start_at(Track& track, Index point) {
   auto& points = track.points;
-  if (point == 0 || point + 1 >= points.size()) return;
+  track.closed = false;
+  if (point == 0 || point + 1 >= static_cast<Index>(points.size())) return;
   points.erase(points.begin());  // the last one repeats it, with the values of the segment that ends there
-  std::rotate(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(point - 1), points.end());
+  std::rotate(points.begin(), points.begin() + (point - 1), points.end());
   points.push_back(TrackPoint(points.front()));
 }
 
-// Where a chain can go on: from its point `from` (its end, unless it is still closed) to a point of another track.
-struct Joint {
-  double distance = 0.0;
-  std::size_t track = 0, from = 0, to = 0;
-};
-
 class Chainer {
  public:
-  Chainer(const BorderDistance& distance, double reach, std::vector<Track>& tracks, std::vector<char>& irregular)
-      : distance_(distance), reach_(reach), tracks_(tracks), irregular_(irregular), used_(tracks.size(), 0) {
-    for (const Track& track : tracks) boxes_.push_back(box_of(track));
-  }
+  Chainer(const PieceMesh& mesh, double reach, std::vector<Track>& tracks, std::vector<char>& irregular)
+      : mesh_(mesh), reach_(reach), tracks_(tracks), irregular_(irregular), ends_(reach), loops_(reach),
+        sets_(tracks.size()), links_(tracks.size()), opened_(tracks.size(), kNone), refused_(tracks.size(), {0, 0}) {}
 
   void run() {
+    if (tracks_.size() > 1) join_nearest_first();
+    std::vector<char> done(tracks_.size(), 0);
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      if (opened_[t] != kNone) start_at(tracks_[t], opened_[t]);
+      thin_track(mesh_, irregular_, tracks_[t]);
+    }
     std::vector<Track> chains;
-    for (std::size_t seed = 0; seed < tracks_.size(); ++seed) {
-      if (used_[seed] || tracks_[seed].points.size() < 2) continue;
-      used_[seed] = 1;
-      Track chain = std::move(tracks_[seed]);
-      while (extend(chain)) {
-      }
-      if (!chain.closed) {
-        turn_round(chain);
-        while (extend(chain)) {
-        }
-      }
-      chains.push_back(std::move(chain));
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      if (done[t]) continue;
+      if (links_[t][0].other != kNone && links_[t][1].other != kNone) continue;  // in the middle of a chain
+      chains.push_back(chain_from(static_cast<Index>(t), done));
     }
     tracks_ = std::move(chains);
   }
 
  private:
-  bool extend(Track& chain) {
-    Joint best{.distance = reach_};
-    bool found = false;
-    const auto offer = [&](const Joint& joint) {
-      if (joint.distance >= best.distance) return;
-      best = joint;
-      found = true;
-    };
-    const Box own = chain.closed ? box_of(chain) : Box{};
-    for (std::size_t t = 0; t < tracks_.size(); ++t) {
-      if (used_[t] || tracks_[t].points.size() < 2) continue;
-      if (chain.closed ? boxes_[t].distance(own) >= best.distance : boxes_[t].distance(chain.points.back().position) >= best.distance) continue;
-      if (chain.closed) {
-        offer_joints_of_loop(chain, t, offer);
-      } else {
-        offer_joints(chain.points.back().position, chain.points.size() - 1, t, offer);
-      }
-    }
-    return found && join(chain, best);
-  }
-
-  template <class Offer>
-  void offer_joints(const Vec3& place, std::size_t from, std::size_t t, const Offer& offer) const {
-    const auto& points = tracks_[t].points;
-    const std::size_t last = points.size() - 1;
-    for (std::size_t i = 0; i <= last; i += tracks_[t].closed ? 1 : last) {
-      offer(Joint{(points[i].position - place).norm(), t, from, i});
-    }
-  }
-
-  template <class Offer>
-  void offer_joints_of_loop(const Track& chain, std::size_t t, const Offer& offer) const {
-    if (tracks_[t].closed && chain.points.size() * tracks_[t].points.size() > kMostPairs) return;
-    for (std::size_t i = 1; i < chain.points.size(); ++i) offer_joints(chain.points[i].position, i, t, offer);
-  }
-
-  bool join(Track& chain, const Joint& joint) {
-    Track& next = tracks_[joint.track];
-    const TrackPoint end = chain.points[joint.from], start = next.points[joint.to];
-    const Vec3 heading = start.position - end.position;
-    Walk walk;
-    if (heading.norm() > 1e-6) {
-      walk = walk_straight(distance_, {triangle_ahead(end, heading), end.position}, heading, heading.norm());
-      if ((walk.end.position - start.position).norm() > kMiss || !on_surface(end.position, walk)) return false;
-    }
-    const Track step = step_of(end, walk, start);
-    if (!walk.points.empty() && !heights_hold(step, walk)) return false;
-    if (chain.closed) start_at(chain, joint.from);
-    if (next.closed) {
-      start_at(next, joint.to);
-    } else if (joint.to != 0) {
-      turn_round(next);
-    }
-    for (const TrackPoint& p : walk.points) mark_irregular(p.triangle);
-    chain.points.insert(chain.points.end(), step.points.begin() + 1, step.points.end());
-    chain.points.insert(chain.points.end(), next.points.begin() + 1, next.points.end());
-    chain.closed = false;
-    if (next.kind == PathKind::contour) chain.kind = PathKind::contour;
-    used_[joint.track] = 1;
-    return true;
-  }
-
-  Track step_of(const TrackPoint& end, const Walk& walk, const TrackPoint& start) const {
-    Track step{.points = {end}};
-    for (std::size_t i = 0; i + 1 < walk.points.size(); ++i) step.points.push_back(walk.points[i]);
-    step.points.push_back(start);
-    step.points.back().triangle = walk.points.empty() ? end.triangle : walk.end.triangle;
-    thin_track(distance_.mesh(), irregular_, step);
-    for (TrackPoint& p : step.points) p.step = true;
-    step.points.front().step = end.step;
-    return step;
-  }
-
-  // Along an edge of the mesh a step may be counted to the wrong side of it: its beads' heights are compared with the
-  // triangles that really lie under places of each.
-  [[nodiscard]] bool heights_hold(const Track& step, const Walk& walk) const {
-    for (std::size_t i = 1; i < step.points.size(); ++i) {
-      const Vec3 &from = step.points[i - 1].position, along = step.points[i].position - from;
-      const int places = std::max(1, static_cast<int>(std::ceil(along.norm() / kPlaces)));
-      double low = 1e300, high = 0.0;
-      for (int k = 0; k < places; ++k) {
-        const double thickness = thickness_under(from + (k + 0.5) / places * along, walk);
-        low = std::min(low, thickness), high = std::max(high, thickness);
-      }
-      const double own = step.points[i].thickness;
-      if (own < low * (1.0 - kUneven) || own > high * (1.0 + kUneven)) return false;
-    }
-    return true;
-  }
-
-  // Of the triangle of a walk, or beside it, that is nearest.
-  [[nodiscard]] double thickness_under(const Vec3& place, const Walk& walk) const {
-    NearestTriangle nearest;
-    for (const TrackPoint& p : walk.points) offer_around(p.triangle, place, nearest);
-    return distance_.mesh().thickness[nearest.triangle];
-  }
-
-  // A point often lies on an edge: of its triangle and the three beside it, the one that the step enters.
-  [[nodiscard]] Index triangle_ahead(const TrackPoint& from, const Vec3& heading) const {
-    NearestTriangle nearest;
-    offer_around(from.triangle, from.position + heading * std::min(0.5, 0.05 / heading.norm()), nearest);
-    return nearest.triangle;
-  }
-
-  struct NearestTriangle {
-    Index triangle = kNone;
-    double distance = 1e300;
+  // What an end (0: front, 1: back) of a track is joined to.
+  struct Link {
+    Index other = kNone;
+    int other_end = 0;
+    Index step = kNone;
+    bool from_here = false;  // the step starts here
   };
-  // The triangle and the three beside it.
-  void offer_around(Index triangle, const Vec3& place, NearestTriangle& nearest) const {
-    const auto offer = [&](Index t) {
-      const double distance = distance_to(t, place);
-      if (distance < nearest.distance) nearest = {t, distance};
-    };
-    offer(triangle);
-    for (const Index across : distance_.mesh().neighbours[triangle]) {
-      if (across != kNone) offer(across);
-    }
+
+  [[nodiscard]] TrackPoint point_at(const Port& port) const {
+    TrackPoint point = tracks_[port.track].points[port.point];
+    if (port.point == 0) point.triangle = tracks_[port.track].points[1].triangle;
+    return point;
   }
-  [[nodiscard]] double distance_to(Index triangle, const Vec3& place) const {
-    const PieceMesh& mesh = distance_.mesh();
-    const auto& [a, b, c] = mesh.triangles[triangle];
-    return (closest_point_on_triangle(place, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]) - place).norm();
+  [[nodiscard]] const Vec3& place_of(const Port& port) const { return tracks_[port.track].points[port.point].position; }
+
+  void join_nearest_first() {
+    collect_ports();
+    for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
+      const Index last = static_cast<Index>(tracks_[t].points.size()) - 1;
+      if (last < 1) continue;
+      if (tracks_[t].closed) {
+        offer_loops_beside(t);
+      } else {
+        offer_around({t, 0});
+        offer_around({t, last});
+      }
+    }
+    while (!joints_.empty()) {
+      const Joint joint = joints_.top();
+      joints_.pop();
+      if (free_end(joint.a) >= 0 && free_end(joint.b) >= 0 && sets_.root(joint.a.track) != sets_.root(joint.b.track)) join(joint);
+    }
   }
 
-  [[nodiscard]] bool on_surface(Vec3 from, const Walk& walk) const {
-    for (const TrackPoint& p : walk.points) {
-      if (distance_to(p.triangle, 0.5 * (from + p.position)) > kOff || distance_to(p.triangle, p.position) > kOff) return false;
-      from = p.position;
+  void collect_ports() {
+    for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
+      const auto& points = tracks_[t].points;
+      const Index last = static_cast<Index>(points.size()) - 1;
+      if (last < 1) continue;
+      if (!tracks_[t].closed) {
+        ends_.add(points[0].position, {t, 0});
+        ends_.add(points[last].position, {t, last});
+        continue;
+      }
+      const Vec3* added = nullptr;
+      for (Index i = 1; i <= last; ++i) {
+        if (added != nullptr && (points[i].position - *added).norm() < kPortSpacing) continue;
+        added = &points[i].position;
+        loops_.add(*added, {t, i});
+      }
     }
-    return true;
+    ends_.finish();
+    loops_.finish();
+  }
+
+  void offer(const Port& a, const Port& b) {
+    const double distance = (place_of(a) - place_of(b)).norm();
+    if (distance < reach_) joints_.push({distance, std::min(a, b), std::max(a, b)});
+  }
+  // To an end, all that is near.
+  void offer_around(const Port& port) {
+    const auto offer_to = [&](const Vec3& place, const Port& other) {
+      if (other.track != port.track && (place - place_of(port)).squaredNorm() < reach_ * reach_) offer(port, other);
+    };
+    ends_.visit(place_of(port), offer_to);
+    loops_.visit(place_of(port), offer_to);
+  }
+  // Between two closed tracks, the shortest joint.
+  void offer_loops_beside(Index track) {
+    std::vector<Joint> best;
+    const auto& points = tracks_[track].points;
+    for (Index i = 1; i < static_cast<Index>(points.size()); ++i) {
+      loops_.visit(points[i].position, [&](const Vec3& place, const Port& other) {
+        if (other.track <= track) return;
+        const Joint joint{(place - points[i].position).norm(), {track, i}, other};
+        const auto same = std::find_if(best.begin(), best.end(), [&](const Joint& j) { return j.b.track == other.track; });
+        if (same == best.end()) {
+          best.push_back(joint);
+        } else if (joint.distance < same->distance) {
+          *same = joint;
+        }
+      });
+    }
+    for (const Joint& joint : best) offer(joint.a, joint.b);
+  }
+
+  // The end of a track that a step to a port would take; -1 when there is none left.
+  [[nodiscard]] int free_end(const Port& port) const {
+    const auto& link = links_[port.track];
+    if (!tracks_[port.track].closed) {
+      const int end = port.point == 0 ? 0 : 1;
+      return link[end].other == kNone ? end : -1;
+    }
+    if (opened_[port.track] != kNone && opened_[port.track] != port.point) return -1;
+    return link[0].other == kNone ? 0 : link[1].other == kNone ? 1 : -1;
+  }
+
+  void join(const Joint& joint) {
+    const int end_a = free_end(joint.a), end_b = free_end(joint.b);
+    int &refused_a = refused_[joint.a.track][end_a], &refused_b = refused_[joint.b.track][end_b];
+    const bool tired = (!tracks_[joint.a.track].closed && refused_a >= kMostRefused) || (!tracks_[joint.b.track].closed && refused_b >= kMostRefused);
+    if (tired) return;
+    Track step = lay_step(mesh_, irregular_, point_at(joint.a), point_at(joint.b), kLongestWay * joint.distance, under_);
+    if (step.points.empty()) {
+      ++refused_a, ++refused_b;
+      return;
+    }
+    for (const Index t : under_) mark_irregular(t);
+    const Index id = static_cast<Index>(steps_.size());
+    steps_.push_back(std::move(step));
+    links_[joint.a.track][end_a] = {joint.b.track, end_b, id, true};
+    links_[joint.b.track][end_b] = {joint.a.track, end_a, id, false};
+    sets_.join(joint.a.track, joint.b.track);
+    for (const Port& port : {joint.a, joint.b}) {
+      if (!tracks_[port.track].closed || opened_[port.track] != kNone) continue;
+      opened_[port.track] = port.point;
+      offer_around(port);  // its other end is here, too
+    }
   }
 
   void mark_irregular(Index triangle) {
     irregular_[triangle] = 1;
-    for (const Index across : distance_.mesh().neighbours[triangle]) {
+    for (const Index across : mesh_.neighbours[triangle]) {
       if (across != kNone) irregular_[across] = 1;
     }
   }
 
-  const BorderDistance& distance_;
+  // The chain that begins with the free end of a track.
+  Track chain_from(Index track, std::vector<char>& done) {
+    int entry = links_[track][0].other == kNone ? 0 : 1;
+    Track chain;
+    while (true) {
+      done[track] = 1;
+      Track& next = tracks_[track];
+      if (entry == 1) turn_round(next);
+      if (chain.points.empty()) {
+        chain = std::move(next);
+      } else {
+        append(chain, next);
+      }
+      const Link& link = links_[track][1 - entry];
+      if (link.other == kNone) return chain;
+      if (!link.from_here) turn_round(steps_[link.step]);
+      append(chain, steps_[link.step]);
+      track = link.other;
+      entry = link.other_end;
+    }
+  }
+  static void append(Track& chain, const Track& next) {
+    chain.points.insert(chain.points.end(), next.points.begin() + 1, next.points.end());
+    if (next.kind == PathKind::contour && !next.points.back().step) chain.kind = PathKind::contour;
+  }
+
+  const PieceMesh& mesh_;
   double reach_;
   std::vector<Track>& tracks_;
   std::vector<char>& irregular_;
-  std::vector<char> used_;
-  std::vector<Box> boxes_;
+  PortGrid ends_, loops_;
+  std::priority_queue<Joint> joints_;
+  DisjointSets sets_;
+  std::vector<std::array<Link, 2>> links_;
+  std::vector<Index> opened_;  // the point where a closed track was opened
+  std::vector<std::array<int, 2>> refused_;
+  std::vector<Track> steps_;
+  std::vector<Index> under_;
 };
 
 }  // namespace
 
-void chain_tracks(const BorderDistance& distance, double reach, std::vector<Track>& tracks, std::vector<char>& irregular) {
-  Chainer(distance, reach, tracks, irregular).run();
+void chain_tracks(const PieceMesh& mesh, double reach, std::vector<Track>& tracks, std::vector<char>& irregular) {
+  Chainer(mesh, reach, tracks, irregular).run();
 }
 
 }  // namespace curvesup::toolpath

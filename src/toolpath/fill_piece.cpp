@@ -12,7 +12,7 @@
 namespace curvesup::toolpath {
 namespace {
 
-constexpr double kLongestStep = 2.0;  // widths, between tracks that are laid without a lift
+constexpr double kLongestStep = 3.0;  // widths, between tracks that are laid without a lift
 
 // A piece too small for anything else: one short line through its deepest place, along the way that is longest, as wide
 // as makes its area that of the piece.
@@ -64,8 +64,11 @@ void add_beads(const BorderDistance& distance, const Ridge& ridge, const BeadWid
                FilledPiece& filled) {
   const PieceMesh& mesh = distance.mesh();
   std::vector<char> irregular = irregular_triangles(mesh, ridge, beads);
-  for (Track& track : tracks) thin_track(mesh, irregular, track);
-  if (join) chain_tracks(distance, kLongestStep * beads.width, tracks, irregular);
+  if (join) {
+    chain_tracks(mesh, kLongestStep * beads.width, tracks, irregular);
+  } else {
+    for (Track& track : tracks) thin_track(mesh, irregular, track);
+  }
   share_area(mesh, irregular, beads, tracks);
   for (const Track& track : tracks) {
     BeadPath path = lay_beads(track);

@@ -13,7 +13,7 @@ struct TrackPoint {
   Vec3 normal = Vec3::UnitZ();
   double width = 0.0;
   Index triangle = kNone;
-  double thickness = 0.0, height = 0.0;  // means under the segment that ends here, full and clipped; set by thin_track
+  double thickness = 0.0, height = 0.0;  // mean under the segment that ends here, and height of its bead; set by thin_track
   double tip_offset = 0.0;               // at the point; set by thin_track
   bool step = false;  // the segment that ends here joins two tracks
 };
