@@ -8,6 +8,7 @@
 
 #include "curvesup/core/error.h"
 #include "curvesup/mesh/triangle_mesh.h"
+#include "curvesup/skeleton/stand_angle.h"
 #include "skeleton/point_grid.h"
 #include "skeleton/tet_walk.h"
 
@@ -18,8 +19,7 @@ constexpr double kAngleSlack = 1e-9;  // radians: rounding of exact turns
 constexpr double kLift = 0.02;        // mm above the face at which a blocked leaf starts again
 constexpr double kArrival = 1e-7;     // mm: how near to its end a segment on the model must come
 constexpr int kGrowthRounds = 4;
-// n . d_p of a model face on which a branch stands broadly; steeper ones are walls that it hangs on by its side.
-constexpr double kBroadStand = 0.35;
+constexpr double kSteepestStand = 0.3;  // n . d_p of a model face on which a branch may stand; steeper ones are walls
 
 enum class Drop : std::uint8_t { none, blocked, short_branch, no_platform, left_hull, steep };
 
@@ -103,7 +103,13 @@ class Grower {
   [[nodiscard]] bool within_angle(const WalkResult& walk, const Vec3& u) const {
     return walk.entered != kNone && angle_between(walk_.down(walk.entered), u) <= alpha_ + kAngleSlack;
   }
-  [[nodiscard]] double uprightness(const WalkResult& walk, double lowest_leaf) const;
+  // How well a branch stands where its walk along u met the model.
+  struct Stand {
+    bool allowed = false;  // the face looks up, a layer below the lowest leaf
+    double angle = -std::numeric_limits<double>::infinity();  // of its cone
+    [[nodiscard]] bool broad() const { return angle >= kSlenderestStand; }
+  };
+  [[nodiscard]] Stand stand_of(const WalkResult& walk, const Vec3& u, double lowest_leaf) const;
   [[nodiscard]] Index interface_face(Index model_tet, Index support_tet) const;
   [[nodiscard]] Step drop_node(const Vec3& p, Index tet, const Vec3& u, double value, double lowest_leaf) const;
   [[nodiscard]] Vec3 host_direction(Index tet) const;
@@ -216,14 +222,17 @@ Index Grower::interface_face(Index model_tet, Index support_tet) const {
   return kNone;
 }
 
-// A branch may end on the model where that faces up, a layer below its lowest leaf: n . d_p there, else 0.
-double Grower::uprightness(const WalkResult& walk, double lowest_leaf) const {
+Grower::Stand Grower::stand_of(const WalkResult& walk, const Vec3& u, double lowest_leaf) const {
+  Stand stand;
   const Index face = interface_face(walk.model_tet, walk.tet);
-  if (face == kNone || lowest_leaf - walk_.value_at(walk.tet, walk.position) < 1.0 / count_) return 0.0;
+  if (face == kNone || lowest_leaf - walk_.value_at(walk.tet, walk.position) < 1.0 / count_) return stand;
   const auto& v = model_.boundary[face].vertices;
   const Vec3 normal =
       area_normal(model_.mesh.vertices[v[0]], model_.mesh.vertices[v[1]], model_.mesh.vertices[v[2]]).normalized();
-  return std::max(0.0, normal.dot(print_direction(field_, walk.model_tet)));
+  const Vec3 up = print_direction(field_, walk.model_tet);
+  stand.allowed = normal.dot(up) > 0.0;
+  if (normal.dot(up) >= kSteepestStand) stand.angle = stand_angle(normal, up, -u);
+  return stand;
 }
 
 Vec3 Grower::host_direction(Index tet) const {
@@ -239,19 +248,21 @@ Step Grower::drop_node(const Vec3& p, Index tet, const Vec3& wanted, double valu
   const bool straight_allowed = within_angle(straight, wanted);
   const auto arrives = [](const WalkResult& w) { return w.stop == WalkStop::value || w.stop == WalkStop::platform; };
   if (straight_allowed && arrives(straight)) return {straight};
-  const double straight_stand =
-      straight_allowed && may_stand && straight.stop == WalkStop::model ? uprightness(straight, lowest_leaf) : 0.0;
+  Stand best;
+  std::optional<WalkResult> stands;
+  const auto try_stand = [&](const WalkResult& walk, const Vec3& u) {
+    if (!may_stand || walk.stop != WalkStop::model) return;
+    const Stand stand = stand_of(walk, u, lowest_leaf);
+    if (!stand.allowed || (stands && stand.angle <= best.angle)) return;
+    stands = walk;
+    best = stand;
+  };
+  if (straight_allowed) try_stand(straight, wanted);
   // A wall is left by the side, as the model is altogether where the platform is preferred.
-  if (straight_stand >= kBroadStand && options_.model_contact == ModelContact::allowed) return {straight};
+  if (best.broad() && options_.model_contact == ModelContact::allowed) return {straight};
 
   const Vec3 down = walk_.down(tet);
   const Vec3 side = down.unitOrthogonal(), other = down.cross(side);
-  std::optional<WalkResult> stands;
-  double best_stand = 0.0;
-  if (straight_stand > 0.0) {
-    stands = straight;
-    best_stand = straight_stand;
-  }
   constexpr int kTilts = 4, kAround = 8;
   for (int tilt = 1; tilt <= kTilts; ++tilt) {
     const double angle = alpha_ * tilt / kTilts;
@@ -265,11 +276,7 @@ Step Grower::drop_node(const Vec3& p, Index tet, const Vec3& wanted, double valu
       const WalkResult bent = walk_.walk(p, tet, u, {.value = value});
       if (!within_angle(bent, u)) continue;
       if (arrives(bent)) return {bent};
-      if (best_stand >= kBroadStand || !may_stand || bent.stop != WalkStop::model) continue;
-      const double stand = uprightness(bent, lowest_leaf);
-      if (stand <= best_stand) continue;
-      stands = bent;
-      best_stand = stand;
+      if (!best.broad()) try_stand(bent, u);
     }
   }
   if (stands) return {*stands};

@@ -3,16 +3,21 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
 #include "curvesup/mesh/triangle_mesh.h"
+#include "curvesup/skeleton/stand_angle.h"
 
 namespace curvesup {
 namespace {
 
 constexpr double kStraight = 0.02;    // radii: how far a joined node may lie off its strut
-constexpr double kModelFoot = 0.5;    // of the radius, where a trunk stands on the model
+constexpr double kFootPart = 0.5;  // of its radius a trunk has where it stands on the model
+constexpr double kConeEdge_mm = 0.4;  // over which a cone fades
+constexpr double kNoCone = std::numeric_limits<double>::infinity();
 constexpr double kBoundSlack = 1e-9;  // rounding of the sums that bounds() must enclose
 constexpr double kMaxCells = 4e6;
 // Cell sizes and margins in mm: the first grid serves value(), the others bounds() of balls up to their margin.
@@ -42,72 +47,75 @@ Chains find_chains(const Skeleton& skeleton) {
   return chains;
 }
 
-// The radius of each edge's strut. A trunk that ends on the model stands there on a part of its radius and widens by 45
-// degrees on its way up: where it is wider than the model is, the rest of it would be laid on air.
-std::vector<double> tapered_radii(const Skeleton& skeleton) {
-  double thinnest = std::numeric_limits<double>::infinity();
-  for (const SkeletonEdge& e : skeleton.edges) thinnest = std::min(thinnest, e.radius_mm);
-  std::vector<double> height(skeleton.nodes.size(), std::numeric_limits<double>::infinity());  // over the model end
-  std::vector<double> foot(skeleton.nodes.size(), 0.0);                                        // radius there
-  std::vector<double> radius(skeleton.edges.size());
+// Of each node the way along the branch to its model end, and that end; kNone where the branch ends on the platform.
+struct Ways {
+  std::vector<double> way;
+  std::vector<Index> end;
+};
+
+Ways ways_to_model_ends(const Skeleton& skeleton) {
+  Ways ways{std::vector<double>(skeleton.nodes.size(), 0.0), std::vector<Index>(skeleton.nodes.size(), kNone)};
+  for (std::size_t n = 0; n < skeleton.nodes.size(); ++n) {
+    if (skeleton.nodes[n].kind == NodeKind::model_end) ways.end[n] = static_cast<Index>(n);
+  }
   for (std::size_t e = skeleton.edges.size(); e-- > 0;) {
     const SkeletonEdge& edge = skeleton.edges[e];
-    const double length = (skeleton.nodes[edge.upper].position - skeleton.nodes[edge.lower].position).norm();
-    if (skeleton.nodes[edge.lower].kind == NodeKind::model_end) {
-      height[edge.lower] = 0.0;
-      foot[edge.lower] = std::max(foot[edge.lower], std::max(thinnest, kModelFoot * edge.radius_mm));
-    }
-    height[edge.upper] = height[edge.lower] + length;
-    foot[edge.upper] = foot[edge.lower];
-    radius[e] = std::min(edge.radius_mm, foot[edge.lower] + height[edge.lower] + 0.5 * length);
+    if (ways.end[edge.lower] == kNone) continue;
+    ways.end[edge.upper] = ways.end[edge.lower];
+    ways.way[edge.upper] =
+        ways.way[edge.lower] + (skeleton.nodes[edge.upper].position - skeleton.nodes[edge.lower].position).norm();
   }
-  return radius;
+  return ways;
 }
 
-// How far past the end of a long strut, in radii, the surface reaches along the axis.
-double reach_past_end(double kernel_ratio) {
-  const double wanted = std::pow(1.0 - 1.0 / (kernel_ratio * kernel_ratio), 2) / 30.0;
-  double low = 0.0, high = 0.5;
-  for (int i = 0; i < 60; ++i) {
-    const double s = 0.5 * (low + high);
-    (kernel_integral(s) < wanted ? low : high) = s;
-  }
-  return kernel_ratio * (1.0 - 2.0 * low);
-}
-
-// Lengths to take off the lower ends of the edges. A thick trunk that ends on the model would reach past it by a third of
-// its radius, and where it is wider than the model is there, that is laid on air: so it ends as much earlier as makes it
-// reach no further than a leaf's strut does.
-std::vector<double> shortened(const Skeleton& skeleton, const Chains& chains, double kernel_ratio) {
-  std::vector<Index> above(skeleton.nodes.size(), kNone);
-  double thinnest = std::numeric_limits<double>::infinity();
-  for (std::size_t e = 0; e < skeleton.edges.size(); ++e) {
-    above[skeleton.edges[e].lower] = static_cast<Index>(e);
-    thinnest = std::min(thinnest, skeleton.edges[e].radius_mm);
-  }
-  const double past = reach_past_end(kernel_ratio);
-  std::vector<double> cut(skeleton.edges.size(), 0.0);
-  for (std::size_t n = 0; n < skeleton.nodes.size(); ++n) {
-    if (skeleton.nodes[n].kind != NodeKind::model_end || chains.arrivals[n] != 1) continue;
-    Index e = above[n];
-    for (double left = past * (skeleton.edges[e].radius_mm - thinnest); left > 0.0;) {
-      const Index top = skeleton.edges[e].upper;
-      const double length = (skeleton.nodes[top].position - skeleton.nodes[skeleton.edges[e].lower].position).norm();
-      cut[e] = std::min(left, length);
-      left -= length;
-      if (chains.arrivals[top] != 1) break;
-      e = above[top];
+// The face on which a model end stands: its normal out of the model, and the gradient of G behind it.
+std::optional<std::pair<Vec3, Vec3>> face_below(const Domain& domain, const ScalarField& field, const SkeletonNode& end) {
+  constexpr double kOnFace_mm = 1e-6;
+  for (int f = 0; f < 4; ++f) {
+    const Index behind = domain.topology.neighbours[end.tet][f];
+    if (behind == kNone || domain.region(behind) != Material::model) continue;
+    const auto v = face_vertices(domain.mesh.tets[end.tet], f);
+    const auto& at = domain.mesh.vertices;
+    const Vec3 out = -area_normal(at[v[0]], at[v[1]], at[v[2]]).normalized();
+    if (std::abs(out.dot(end.position - at[v[0]])) < kOnFace_mm && out.dot(field.gradient[behind]) > 0.0) {
+      return std::pair{out, print_direction(field, behind)};
     }
   }
-  return cut;
+  return std::nullopt;
 }
 
 }  // namespace
 
-std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio) {
+std::vector<ModelStand> stands_on_model(const Skeleton& skeleton, const Domain& domain, const ScalarField& field) {
+  double thinnest = std::numeric_limits<double>::infinity();
+  for (const SkeletonEdge& e : skeleton.edges) thinnest = std::min(thinnest, e.radius_mm);
+  std::vector<ModelStand> stands;
+  for (const SkeletonEdge& e : skeleton.edges) {
+    const SkeletonNode& end = skeleton.nodes[e.lower];
+    if (end.kind != NodeKind::model_end) continue;
+    ModelStand stand{e.lower, std::max(thinnest, kFootPart * e.radius_mm), 1.0, 0.0};
+    if (const auto face = face_below(domain, field, end)) {
+      const auto& [normal, up] = *face;
+      const Vec3 axis = (skeleton.nodes[e.upper].position - end.position).normalized();
+      stand.slope = std::tan(std::max(kSlenderestStand, stand_angle(normal, up, axis)));
+      stand.radius_mm = std::max(thinnest, normal.dot(up) * stand.radius_mm);
+      // The cone goes on into a wall until it is all inside.
+      const double rise = axis.dot(normal);
+      stand.depth_mm = stand.radius_mm / (stand.slope + rise / std::sqrt(std::max(1.0 - rise * rise, 1e-12)));
+    }
+    stands.push_back(stand);
+  }
+  return stands;
+}
+
+std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio, std::span<const ModelStand> stands) {
   const Chains chains = find_chains(skeleton);
-  const std::vector<double> radius = tapered_radii(skeleton);
-  const std::vector<double> cut = shortened(skeleton, chains, kernel_ratio);
+  const Ways ways = ways_to_model_ends(skeleton);
+  std::vector<const ModelStand*> stand_of(skeleton.nodes.size(), nullptr);
+  for (const ModelStand& stand : stands) {
+    const ModelStand*& known = stand_of[stand.node];
+    if (known == nullptr || stand.slope < known->slope) known = &stand;
+  }
   std::vector<char> joined(skeleton.edges.size(), 0);
   std::vector<Strut> struts;
   for (std::size_t e = 0; e < skeleton.edges.size(); ++e) {
@@ -119,23 +127,29 @@ std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio) {
     while (chains.arrivals[end] == 1 && chains.below[end] != kNone) {
       const Index next = chains.below[end];
       const Vec3& after = skeleton.nodes[skeleton.edges[next].lower].position;
-      if (radius[next] != radius[e] || cut[next] > 0.0) break;
+      if (skeleton.edges[next].radius_mm != first.radius_mm) break;
       passed.push_back(skeleton.nodes[end].position);
       const bool straight = std::all_of(passed.begin(), passed.end(), [&](const Vec3& p) {
-        return (closest_point_on_segment(p, start, after) - p).norm() <= kStraight * radius[e];
+        return (closest_point_on_segment(p, start, after) - p).norm() <= kStraight * first.radius_mm;
       });
       if (!straight) break;
       joined[next] = 1;
       end = skeleton.edges[next].lower;
     }
-    Strut strut{start, skeleton.nodes[end].position, radius[e]};
-    const Vec3 direction = (strut.b - strut.a).normalized();
-    if (skeleton.nodes[first.upper].kind == NodeKind::leaf) strut.a -= radius[e] * direction;
-    if (skeleton.nodes[end].kind == NodeKind::platform_end) strut.b += radius[e] * direction;
-    if (cut[e] > 0.0) {
-      strut.b -= cut[e] * direction;
-      if ((strut.b - strut.a).dot(direction) <= 0.0) continue;
+    Strut strut{start, skeleton.nodes[end].position, first.radius_mm};
+    const ModelStand* stand = ways.end[end] != kNone ? stand_of[ways.end[end]] : nullptr;
+    const double deeper = stand != nullptr && stand->node == end ? stand->depth_mm : 0.0;
+    if (stand != nullptr) {
+      strut.cone_slope = stand->slope;
+      strut.cone_radius_mm = stand->radius_mm + stand->slope * (ways.way[end] - deeper);
+      // Wider than the kernel reaches wherever it reaches.
+      const double reach = kernel_ratio * first.radius_mm;
+      if (strut.cone_radius_mm - stand->slope * reach > reach + kConeEdge_mm) strut.cone_radius_mm = kNoCone;
     }
+    const Vec3 direction = (strut.b - strut.a).normalized();
+    if (skeleton.nodes[first.upper].kind == NodeKind::leaf) strut.a -= first.radius_mm * direction;
+    if (skeleton.nodes[end].kind == NodeKind::platform_end) strut.b += first.radius_mm * direction;
+    strut.b += deeper * direction;
     struts.push_back(strut);
   }
   return struts;
@@ -170,6 +184,22 @@ inline double ConvolutionSolid::Kernel::distance2(const Vec3& p) const {
   return offset.squaredNorm() - along * along + beside * beside;
 }
 
+// What a cone leaves of a kernel.
+double ConvolutionSolid::Cone::part(double distance2, double below_start) const {
+  const double limit = radius_at_start - slope * below_start;
+  if (limit <= 0.0) return 0.0;
+  return std::clamp((limit - std::sqrt(distance2)) / kConeEdge_mm, 0.0, 1.0);
+}
+
+inline double ConvolutionSolid::contribution(Index strut, const Vec3& p) const {
+  const Kernel& k = kernels_[strut];
+  if (strut < first_cone_) return k.at(p, scale_);
+  const Vec3 offset = p - k.a;
+  const double along = offset.dot(k.direction), distance2 = std::max(0.0, offset.squaredNorm() - along * along);
+  const double whole = k.contribution(distance2, along, scale_);
+  return whole > 0.0 ? whole * cones_[strut - first_cone_].part(distance2, along) : 0.0;
+}
+
 inline double ConvolutionSolid::Kernel::at(const Vec3& p, double scale) const {
   const Vec3 offset = p - a;
   const double along = offset.dot(direction);
@@ -184,9 +214,10 @@ double ConvolutionSolid::Foot::value(const Vec3& p) const {
 
 double ConvolutionSolid::Foot::lipschitz() const { return std::hypot(1.0, (radius - top_radius) / height); }
 
-ConvolutionSolid::ConvolutionSolid(const Skeleton& skeleton, const ConvolutionOptions& options) {
+ConvolutionSolid::ConvolutionSolid(const Skeleton& skeleton, const ConvolutionOptions& options,
+                                   std::span<const ModelStand> stands) {
   check_options(options);
-  build(struts_of(skeleton, options.kernel_ratio), options);
+  build(struts_of(skeleton, options.kernel_ratio, stands), options);
   add_feet(skeleton, options);
 }
 
@@ -202,13 +233,17 @@ void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOpt
   scale_ = 16.0 * 15.0 / (8.0 * narrowing * narrowing);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Vec3 low = Vec3::Constant(kInfinity), high = Vec3::Constant(-kInfinity);
-  for (const Strut& s : struts) {
-    const double length = (s.b - s.a).norm();
-    if (length <= 0.0 || s.radius_mm <= 0.0) continue;
-    const double reach = kappa * s.radius_mm;
-    kernels_.push_back({s.a, (s.b - s.a) / length, length, reach});
-    low = low.cwiseMin(s.a.cwiseMin(s.b) - Vec3::Constant(reach));
-    high = high.cwiseMax(s.a.cwiseMax(s.b) + Vec3::Constant(reach));
+  for (const bool with_cone : {false, true}) {
+    if (with_cone) first_cone_ = static_cast<Index>(kernels_.size());
+    for (const Strut& s : struts) {
+      const double length = (s.b - s.a).norm();
+      if (length <= 0.0 || s.radius_mm <= 0.0 || (s.cone_radius_mm < kNoCone) != with_cone) continue;
+      const double reach = kappa * s.radius_mm;
+      kernels_.push_back({s.a, (s.b - s.a) / length, length, reach});
+      if (with_cone) cones_.push_back({s.cone_radius_mm + s.cone_slope * length, s.cone_slope});
+      low = low.cwiseMin(s.a.cwiseMin(s.b) - Vec3::Constant(reach));
+      high = high.cwiseMax(s.a.cwiseMax(s.b) + Vec3::Constant(reach));
+    }
   }
   if (kernels_.empty()) return;
   low_ = low;
@@ -276,7 +311,7 @@ ConvolutionSolid::Grid ConvolutionSolid::make_grid(double cell, double margin) c
   }
   for (const auto& [c, s] : visits) {
     ++grid.first[c + 1];
-    grid.least_reach[c] = std::min(grid.least_reach[c], kernels_[s].reach);
+    grid.least_reach[c] = std::min(grid.least_reach[c], thin_reach(s));
   }
   for (std::size_t c = 1; c < grid.first.size(); ++c) grid.first[c] += grid.first[c - 1];
   grid.struts.resize(grid.first.back());
@@ -310,14 +345,14 @@ double ConvolutionSolid::foot_value(const Vec3& p) const {
 double ConvolutionSolid::value(const Vec3& p) const {
   double sum = 0.0;
   if (!grids_.empty()) {
-    for (const Index s : grids_[0].near(p)) sum += kernels_[s].at(p, scale_);
+    for (const Index s : grids_[0].near(p)) sum += contribution(s, p);
   }
   return std::max(sum - 1.0, foot_value(p));
 }
 
 double ConvolutionSolid::plain_value(const Vec3& p) const {
   double sum = 0.0;
-  for (const Kernel& k : kernels_) sum += k.at(p, scale_);
+  for (Index s = 0; s < static_cast<Index>(kernels_.size()); ++s) sum += contribution(s, p);
   return std::max(sum - 1.0, foot_value(p));
 }
 
@@ -325,11 +360,15 @@ bool ConvolutionSolid::inside(const Vec3& p) const {
   double sum = 0.0;
   if (!grids_.empty()) {
     for (const Index s : grids_[0].near(p)) {
-      sum += kernels_[s].at(p, scale_);
+      sum += contribution(s, p);
       if (sum >= 1.0) return true;
     }
   }
   return foot_value(p) >= 0.0;
+}
+
+double ConvolutionSolid::thin_reach(Index strut) const {
+  return strut < first_cone_ ? kernels_[strut].reach : std::min(kernels_[strut].reach, kernel_ratio_ * kConeEdge_mm);
 }
 
 const ConvolutionSolid::Grid* ConvolutionSolid::grid_for(double radius) const {
@@ -340,14 +379,19 @@ const ConvolutionSolid::Grid* ConvolutionSolid::grid_for(double radius) const {
 template <typename Visit>
 bool ConvolutionSolid::any_near(const Vec3& centre, double radius, const Visit& visit) const {
   const Grid* grid = grid_for(radius);
-  if (grid == nullptr) return std::any_of(kernels_.begin(), kernels_.end(), visit);
+  if (grid == nullptr) {
+    for (Index s = 0; s < static_cast<Index>(kernels_.size()); ++s) {
+      if (visit(s)) return true;
+    }
+    return false;
+  }
   const auto near = grid->near(centre);
-  return std::any_of(near.begin(), near.end(), [&](Index s) { return visit(kernels_[s]); });
+  return std::any_of(near.begin(), near.end(), visit);
 }
 
 bool ConvolutionSolid::surely_outside(const Vec3& centre, double radius) const {
   double high = kBoundSlack;
-  if (any_near(centre, radius, [&](const Kernel& k) { return (high += k.most_in_ball(centre, radius, scale_)) >= 1.0; })) return false;
+  if (any_near(centre, radius, [&](Index s) { return (high += kernels_[s].most_in_ball(centre, radius, scale_)) >= 1.0; })) return false;
   return std::all_of(feet_.begin(), feet_.end(), [&](const Foot& foot) {
     return foot.value(centre) + foot.lipschitz() * radius + kBoundSlack < 0.0;
   });
@@ -361,9 +405,10 @@ double ConvolutionSolid::thinnest_radius(const Vec3& centre, double radius, doub
     // What the whole cell has is a bound already.
     if (grid->least_reach[c] > kernel_ratio_ * enough) return grid->least_reach[c] / kernel_ratio_;
   }
-  (void)any_near(centre, radius, [&](const Kernel& k) {
-    const double limit = k.reach + radius + kBoundSlack;
-    if (k.reach < thinnest && k.distance2(centre) < limit * limit) thinnest = k.reach;
+  (void)any_near(centre, radius, [&](Index s) {
+    const Kernel& k = kernels_[s];
+    const double limit = k.reach + radius + kBoundSlack, thin = thin_reach(s);
+    if (thin < thinnest && k.distance2(centre) < limit * limit) thinnest = thin;
     return thinnest <= kernel_ratio_ * enough;
   });
   return thinnest / kernel_ratio_;
@@ -371,8 +416,10 @@ double ConvolutionSolid::thinnest_radius(const Vec3& centre, double radius, doub
 
 Solid::Bounds ConvolutionSolid::bounds(const Vec3& centre, double radius) const {
   double low = 0.0, high = 0.0;
-  (void)any_near(centre, radius, [&](const Kernel& k) {
+  (void)any_near(centre, radius, [&](Index s) {
+    const Kernel& k = kernels_[s];
     high += k.most_in_ball(centre, radius, scale_);
+    if (s >= first_cone_) return false;  // it may be cut off anywhere
     const Vec3 offset = centre - k.a;
     const double along = offset.dot(k.direction);
     const double farthest = std::sqrt(std::max(0.0, offset.squaredNorm() - along * along)) + radius;

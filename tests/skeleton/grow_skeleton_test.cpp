@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
 #include <random>
 #include <set>
 
 #include "curvesup/core/error.h"
 #include "curvesup/mesh/triangle_mesh.h"
+#include "curvesup/skeleton/stand_angle.h"
 #include "helpers/support_domain.h"
 #include "skeleton/tet_walk.h"
 
@@ -226,6 +229,39 @@ TEST(GrowSkeleton, StandsOnTheModelBelowUnlessForbidden) {
   EXPECT_FALSE(forbidden.report.dropped.empty());
   EXPECT_EQ(forbidden.report.leaves + static_cast<Index>(forbidden.report.dropped.size()),
             allowed.report.leaves + static_cast<Index>(allowed.report.dropped.size()));
+}
+
+// A slab that reaches out from a post whose side x = 10 is a wall with n . d_p = rise; branches lead towards it.
+SupportDomain slab_on_post(double rise) {
+  return support_domain(
+      {0, 0, -2}, {32, 16, 18}, {16, 8, 20},
+      [](const Vec3& c) {
+        return c.y() > 4 && c.y() < 12 && c.z() < 16 && c.z() > 0 && (c.x() > 4 && (c.x() < 10 || (c.x() < 16 && c.z() > 14)));
+      },
+      [=](const Vec3& p) { return Vec3(rise, 0, std::sqrt(1.0 - rise * rise)).dot(p) / 20; });
+}
+
+TEST(GrowSkeleton, WallsAreLeftByTheSideAndSlopesStoodOn) {
+  const auto ends_on_post = [](double rise) {
+    const SkeletonResult r = grow(slab_on_post(rise));
+    expect_all_checks(r.report);
+    EXPECT_GT(r.report.leaves, 10);
+    return r.report.model_ends;
+  };
+  EXPECT_EQ(ends_on_post(0.27), 0);
+  EXPECT_GT(ends_on_post(0.36), 0);
+}
+
+TEST(StandAngle, SteepFacesAndTrunksThatLeanOutGetSlenderCones) {
+  const auto angle = [](double rise, double lean) {
+    return stand_angle({std::sqrt(1.0 - rise * rise), 0, rise}, Vec3::UnitZ(), {std::sin(lean), 0, std::cos(lean)});
+  };
+  EXPECT_NEAR(angle(1.0, 0.3), std::numbers::pi / 4, 1e-12);
+  EXPECT_NEAR(angle(0.9, 0.0), std::numbers::pi / 4, 1e-12);
+  const double recess = 0.3 / std::sqrt(0.91);
+  EXPECT_NEAR(angle(0.3, 0.0), std::atan(1.5 * recess), 1e-12);
+  EXPECT_NEAR(angle(0.3, 0.2), std::atan(1.5 * recess) - 0.2, 1e-12);
+  EXPECT_LT(angle(0.3, 0.4), kSlenderestStand) << "hangs on the wall by its side";
 }
 
 TEST(GrowSkeleton, GapUnderOneLayerIsListedAsDropped) {

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "curvesup/core/error.h"
+#include "curvesup/mesh/tet_mesh.h"
 #include "curvesup/mesh/triangle_mesh.h"
 
 namespace curvesup {
@@ -195,28 +196,96 @@ TEST(Struts, CollinearEdgesAreJoinedAndEndsExtended) {
   EXPECT_LT(struts[1].b.z(), 0.0);
 }
 
-TEST(ConvolutionSolid, ATrunkStandsOnTheModelByAFootThatWidensUpwards) {
-  // A leaf's strut and a trunk of radius 5 in edges of 0.7 mm, both down to model ends at z = 20.
+// A trunk of edges of one layer from a leaf to a model end at the origin.
+Skeleton trunk_on_model(double radius, const Vec3& axis, double step) {
   Skeleton s;
-  s.nodes = {{{-40, 0, 40}, 0, 40, NodeKind::leaf}, {{-40, 0, 20}, 0, 20, NodeKind::model_end}};
-  s.edges = {{0, 1, 1, 0.8, 40}};
-  const Index first = 2;
-  for (int i = 0; i <= 30; ++i) {
-    s.nodes.push_back({{0.02 * (i % 2), 0, 41.0 - 0.7 * i}, 0, 40 - i, NodeKind::node});
-    if (i > 0) s.edges.push_back({first + i - 1, first + i, 39, 5.0, 40 - i});
-  }
+  const int edges = 30;
+  for (int i = 0; i <= edges; ++i) s.nodes.push_back({(edges - i) * step * axis, 0, edges - i, NodeKind::node});
+  s.nodes.front().kind = NodeKind::leaf;
   s.nodes.back().kind = NodeKind::model_end;
-  s.nodes.back().position.z() = 20.0;
-  const ConvolutionSolid solid(s);
-  EXPECT_NEAR(radius_at(solid, {-40, 0, 25}, -Vec3::UnitZ()) - 5.0, 0.315 * 0.8, 0.01) << "a leaf's strut is as it was";
-  EXPECT_LT(radius_at(solid, {0.01, 0, 25}, -Vec3::UnitZ()) - 5.0, 0.9) << "the trunk reaches past its end no further than its foot does";
+  for (int i = 0; i < edges; ++i) s.edges.push_back({i, i + 1, 1, radius, edges - i});
+  return s;
+}
+
+TEST(ConvolutionSolid, ATrunkStandsOnTheModelByAConeThatWidensUpwards) {
+  const Skeleton s = trunk_on_model(5.0, Vec3::UnitZ(), 0.7);
+  const ConvolutionSolid solid(s, {}, std::vector<ModelStand>{{30, 2.5, 1.0, 0.0}}), plain(s);
+  EXPECT_NEAR(radius_at(solid, {0, 0, 12}, Vec3::UnitX()), 5.0, 0.01);
   double below = 0.0;
-  for (double z = 20.2; z < 32.0; z += 0.7) {
-    const double radius = radius_at(solid, {0.01, 0, z}, Vec3::UnitX());
-    EXPECT_GT(radius, std::min(4.8, 1.2 + (z - 20.0) * 0.8)) << "z = " << z;
-    EXPECT_LT(radius, std::min(5.05, 2.6 + (z - 20.0) * 1.1)) << "z = " << z;
-    EXPECT_GE(radius, below - 0.01);
+  for (double z = 0.0; z < 8.0; z += 0.35) {
+    const double radius = radius_at(solid, {0, 0, z}, Vec3::UnitX());
+    EXPECT_GT(radius, std::min(0.9 * radius_at(plain, {0, 0, z}, Vec3::UnitX()), 2.5 + z - 0.4)) << "z = " << z;
+    EXPECT_LT(radius, std::min(5.0 + 1e-6, 2.5 + z)) << "z = " << z;
+    EXPECT_GE(radius, below - 1e-6);
     below = radius;
+  }
+  // What the grid gives is the plain sum, and the bounds hold.
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-6.0, 6.0);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 p(place(random), place(random), place(random));
+    EXPECT_EQ(solid.value(p), solid.plain_value(p));
+    EXPECT_EQ(solid.inside(p), solid.value(p) >= 0.0);
+    const auto bounds = solid.bounds(p + Vec3(0.2, 0.1, -0.1), 0.25);
+    EXPECT_GE(solid.value(p), bounds.low);
+    EXPECT_LE(solid.value(p), bounds.high);
+  }
+}
+
+// Sections of 0.7 mm of a trunk on a plane wall with n . d_p = rise, d_p = z: how many have less than a quarter of their area
+// over the wall or the section below. Those of less than half a squared bead are not printed.
+int sections_on_air(double radius, double rise, double lean) {
+  constexpr double kLayer = 0.7, kStep = 0.15;
+  const Vec3 axis(std::sin(lean), 0, std::cos(lean)), normal(std::sqrt(1.0 - rise * rise), 0, rise);
+  const Skeleton skeleton = trunk_on_model(radius, axis, kLayer / std::cos(lean));
+  // The model below the wall: one tet with its upper face on the plane, and a support tet over it.
+  const Vec3 along = normal.unitOrthogonal(), across = normal.cross(along);
+  Domain domain;
+  domain.mesh.vertices = {300.0 * along, 300.0 * Vec3(-along + across), 300.0 * Vec3(-along - across), -300.0 * normal, 300.0 * normal};
+  domain.mesh.tets = {{0, 2, 1, 3}, {0, 1, 2, 4}};
+  for (auto& t : domain.mesh.tets) {
+    if (tet_volume(domain.mesh, t == domain.mesh.tets[0] ? 0 : 1) < 0.0) std::swap(t[0], t[1]);
+  }
+  domain.topology = build_topology(domain.mesh);
+  domain.model_tets = 1;
+  std::vector<double> value;
+  for (const Vec3& v : domain.mesh.vertices) value.push_back(v.z());
+  Skeleton placed = skeleton;
+  for (SkeletonNode& n : placed.nodes) n.tet = 1;
+  const auto stands = stands_on_model(placed, domain, make_scalar_field(domain.mesh, value));
+  const ConvolutionSolid solid(placed, {}, stands);
+  int on_air = 0;
+  for (const double phase : {0.1, 0.3, 0.5, 0.69}) {
+    double dropped = -1e9;  // z of a section that is not there
+    for (int k = -10; k < 8; ++k) {
+      const double z = k * kLayer + phase;
+      int in = 0, resting = 0;
+      for (double x = -3.0 * radius - 5.0; x < 3.0 * radius + 10.0; x += kStep) {
+        for (double y = -radius - 1.0; y < radius + 1.0; y += kStep) {
+          const Vec3 p(x, y, z), below(x, y, z - kLayer);
+          if (normal.dot(p) <= 0.0 || !solid.inside(p)) continue;
+          ++in;
+          resting += normal.dot(below) <= 0.0 || (dropped < z - 1.5 * kLayer && solid.inside(below));
+        }
+      }
+      if (in * kStep * kStep < 0.32) {
+        dropped = z;
+      } else if (resting < 0.25 * in) {
+        dropped = z;
+        ++on_air;
+      }
+    }
+  }
+  return on_air;
+}
+
+TEST(ConvolutionSolid, ATrunkOnAWallStartsWithWhatTheWallCarries) {
+  for (const double radius : {0.8, 2.5, 4.5}) {
+    for (const double rise : {0.45, 0.6, 0.9}) {
+      for (const double lean : {-0.3, 0.0, 0.35}) {
+        EXPECT_EQ(sections_on_air(radius, rise, lean), 0) << "radius " << radius << ", n . d_p " << rise << ", lean " << lean;
+      }
+    }
   }
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
+#include "curvesup/field/field.h"
 #include "curvesup/skeleton/skeleton.h"
 #include "curvesup/solid/solid.h"
 
@@ -15,19 +17,35 @@ struct ConvolutionOptions {
   int foot_layers = 0;          // the cone's height in layers
 };
 
-// A straight strut of the wanted radius.
+// A straight strut of the wanted radius. Where a cone is given the strut is only what of it lies inside: coaxial, of
+// cone_radius_mm at b, and wider by cone_slope for each mm from b towards a.
 struct Strut {
   Vec3 a = Vec3::Zero(), b = Vec3::Zero();
   double radius_mm = 0.0;
+  double cone_radius_mm = std::numeric_limits<double>::infinity();
+  double cone_slope = 0.0;
 };
+
+// How a trunk stands on the model: the radius of its cone at a model end, how much wider the cone gets for each mm up the
+// trunk, and how far below the end the trunk goes on into the model.
+struct ModelStand {
+  Index node = kNone;  // of the skeleton
+  double radius_mm = 0.0;
+  double slope = 1.0;
+  double depth_mm = 0.0;
+};
+
+// A trunk that ends on the model stands there on a part of its radius and widens upwards: its full section would reach beside
+// a thin part of the model, or out from a wall, and be laid on air. Its cone opens by stand_angle. `field` is the one on the
+// domain. O(edges).
+[[nodiscard]] std::vector<ModelStand> stands_on_model(const Skeleton& skeleton, const Domain& domain, const ScalarField& field);
 
 // The struts of a skeleton: leaf edges reach one radius past their leaf and platform ends one radius below the
 // platform, so that the first and the last layer have the full radius; neighbours of one radius are joined while no node
-// between them lies off the joined strut by more than two percent of the radius. A trunk that ends on the model stands there on
-// half of its radius, or that of the thinnest strut where that is more, and widens by 45 degrees upwards: what reaches beside
-// a thin part of the model would be laid on air. It ends as much earlier as makes it reach past the model end about as far
-// as the thinnest strut does. O(edges).
-[[nodiscard]] std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio = 1.5);
+// between them lies off the joined strut by more than two percent of the radius. Branches that end on the model get the
+// cones of `stands`, measured along the branch. O(edges).
+[[nodiscard]] std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio = 1.5,
+                                           std::span<const ModelStand> stands = {});
 
 // Convolution surface around struts (paper, section III-B, equations 3 and 4): value(p) = -1 + sum of F_e(p).
 // Kernel (1 - d^2 / R^2)^2, R = kappa rho, measured along the chord that the strut's line cuts from the ball (p, R), so
@@ -37,7 +55,8 @@ struct Strut {
 // Throws Error{usage} for kernel_ratio out of range.
 class ConvolutionSolid : public Solid {
  public:
-  explicit ConvolutionSolid(const Skeleton& skeleton, const ConvolutionOptions& options = {});
+  explicit ConvolutionSolid(const Skeleton& skeleton, const ConvolutionOptions& options = {},
+                            std::span<const ModelStand> stands = {});
   explicit ConvolutionSolid(std::span<const Strut> struts, const ConvolutionOptions& options = {});
 
   [[nodiscard]] double value(const Vec3& p) const override;
@@ -64,6 +83,11 @@ class ConvolutionSolid : public Solid {
     [[nodiscard]] double most_in_ball(const Vec3& centre, double radius, double scale) const;
     [[nodiscard]] double at(const Vec3& p, double scale) const;
   };
+  // Of the struts from first_cone_ on.
+  struct Cone {
+    double radius_at_start, slope;
+    [[nodiscard]] double part(double distance2, double below_start) const;
+  };
   // Which struts can contribute anywhere in a cell, or within `margin` of it.
   struct Grid {
     Vec3 low = Vec3::Zero();
@@ -87,11 +111,15 @@ class ConvolutionSolid : public Solid {
   [[nodiscard]] Grid make_grid(double cell, double margin) const;
   [[nodiscard]] double foot_value(const Vec3& p) const;
   [[nodiscard]] const Grid* grid_for(double radius) const;
-  // Calls visit(kernel), until it returns true, for all that may reach into the ball; whether it did.
+  [[nodiscard]] double contribution(Index strut, const Vec3& p) const;
+  [[nodiscard]] double thin_reach(Index strut) const;
+  // Calls visit(strut), until it returns true, for all that may reach into the ball; whether it did.
   template <typename Visit>
   [[nodiscard]] bool any_near(const Vec3& centre, double radius, const Visit& visit) const;
 
   std::vector<Kernel> kernels_;
+  Index first_cone_ = 0;
+  std::vector<Cone> cones_;
   std::vector<Foot> feet_;
   std::vector<Grid> grids_;  // [0] for value(), then ever coarser ones for bounds()
   Vec3 low_ = Vec3::Zero(), high_ = Vec3::Zero();
