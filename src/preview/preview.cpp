@@ -109,8 +109,9 @@ double material_area(const LayerStack& stack, Material material) {
 struct SheetBuffers {
   std::vector<std::uint16_t> vertices, outline;
   std::vector<std::uint32_t> triangles, outline_counts;
-  // By sheet: its layer, and how many triangles and outline chains it has.
-  std::vector<std::uint32_t> layer, triangle_count, chain_count;
+  // By sheet: its layer (support begins below 0), and how many triangles and outline chains it has.
+  std::vector<std::int32_t> layer;
+  std::vector<std::uint32_t> triangle_count, chain_count;
 
   void add(const SheetBuffers& more) {
     const auto base = static_cast<std::uint32_t>(vertices.size() / 3);
@@ -138,7 +139,7 @@ void add_sheet(const SheetReader& reader, const Sheet& sheet, double cell_mm, co
     for (const Index i : kept) box.add(chain[i], out.outline);
     out.outline_counts.push_back(static_cast<std::uint32_t>(kept.size()));
   }
-  out.layer.push_back(static_cast<std::uint32_t>(sheet.layer));
+  out.layer.push_back(static_cast<std::int32_t>(sheet.layer));
   out.triangle_count.push_back(static_cast<std::uint32_t>(coarse.triangles.size()));
   out.chain_count.push_back(static_cast<std::uint32_t>(chains.size()));
 }
@@ -221,7 +222,8 @@ Maxima maxima_of(const Toolpaths& toolpaths) {
 }
 
 struct PathBuffers {
-  std::vector<std::uint16_t> positions, layers;
+  std::vector<std::uint16_t> positions;
+  std::vector<std::int16_t> layers;
   std::vector<std::int8_t> axes;
   std::vector<std::uint8_t> heights, widths, feeds, kinds;  // kind: bit 0 support, bits 1.. PathKind
   std::vector<std::uint32_t> counts;
@@ -266,7 +268,7 @@ class PathPainter {
       out.feeds.push_back(of_maximum(points[i].feed_mm_s, most_.feed));
     }
     out.counts.push_back(static_cast<std::uint32_t>(kept.size()));
-    out.layers.push_back(static_cast<std::uint16_t>(std::clamp<Index>(path.layer, 0, 65535)));
+    out.layers.push_back(static_cast<std::int16_t>(std::clamp<Index>(path.layer, INT16_MIN, INT16_MAX)));
     out.kinds.push_back(static_cast<std::uint8_t>(static_cast<int>(path.material) | static_cast<int>(path.kind) << 1));
     const Index last = path.first_point + path.point_count - 1;
     out.times.push_back(path.point_count > 0 ? clock_.point_s[path.first_point] : 0.0f);
@@ -314,7 +316,9 @@ void add_texts(const PreviewInput& input, const PreviewOptions& options, Scene& 
   for (const Check& check : input.checks) {
     Json places = Json::array();
     for (const PreviewMark& mark : input.marks) {
-      if (mark.check == check.name) places.push_back({{"at", numbers(mark.position)}, {"text", mark.text}});
+      if (mark.check != check.name) continue;
+      places.push_back({{"at", numbers(mark.position)}, {"text", mark.text}});
+      if (mark.path != kNone) places.back()["path"] = mark.path;
     }
     checks.push_back({{"name", check.name}, {"ok", check.ok}, {"value", check.value}, {"limit", check.limit},
                       {"detail", check.detail}, {"places", places}});
@@ -390,11 +394,11 @@ std::string preview_html(const PreviewInput& input, const PreviewOptions& option
 std::vector<PreviewMark> marks_of(const MotionReport& report) {
   std::vector<PreviewMark> marks;
   for (const UnreachableWaypoint& place : report.unreachable) {
-    marks.push_back({"motion.unreachable", place.tip_mm, format("path %d: %s", place.path, place.reason.c_str())});
+    marks.push_back({"motion.unreachable", place.tip_mm, format("path %d: %s", place.path, place.reason.c_str()), place.path});
   }
   for (const MotionCollision& place : report.collisions) {
     marks.push_back({"motion.collisions", place.contact_mm,
-                     format("path %d: %s, %.2f mm deep", place.path, place.what.c_str(), place.depth_mm)});
+                     format("path %d: %s, %.2f mm deep", place.path, place.what.c_str(), place.depth_mm), place.path});
   }
   return marks;
 }

@@ -46,6 +46,8 @@ class Scene {
   static const char* type_name() {
     if constexpr (std::is_same_v<T, std::uint16_t>) return "Uint16Array";
     if constexpr (std::is_same_v<T, std::uint32_t>) return "Uint32Array";
+    if constexpr (std::is_same_v<T, std::int16_t>) return "Int16Array";
+    if constexpr (std::is_same_v<T, std::int32_t>) return "Int32Array";
     if constexpr (std::is_same_v<T, std::uint8_t>) return "Uint8Array";
     if constexpr (std::is_same_v<T, std::int8_t>) return "Int8Array";
     if constexpr (std::is_same_v<T, float>) return "Float32Array";

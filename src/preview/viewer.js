@@ -15,7 +15,7 @@
   const raw = decode(dataElement.textContent);
   dataElement.remove();
 
-  const kTypes = {Uint8Array, Int8Array, Uint16Array, Uint32Array, Float32Array};
+  const kTypes = {Uint8Array, Int8Array, Uint16Array, Int16Array, Uint32Array, Int32Array, Float32Array};
   function buffer(name) {
     const b = scene.buffers[name];
     return b ? new kTypes[b.type](raw, b.offset, b.count) : null;
@@ -50,7 +50,7 @@
   }
 
   // ---------------------------------------------------------------- colours
-  const kModel = '#8fa9c9', kSupport = '#e9a13b', kOverhang = '#d33f33', kMark = '#c2179b', kTravel = '#7a8694', kNozzle = '#3b4652';
+  const kModel = '#8fa9c9', kSupport = '#e9a13b', kOverhang = '#d33f33', kMark = '#c2179b', kTravel = '#7a8694', kNozzle = '#3b4652', kCut = '#55606e';
   const kMap = [[0.27, 0.05, 0.40], [0.24, 0.34, 0.62], [0.13, 0.57, 0.55], [0.48, 0.80, 0.32], [0.99, 0.86, 0.14]];
   function rgb(hex) { return new THREE.Color(hex); }
   function mapColour(f) {
@@ -60,9 +60,9 @@
 
   // ---------------------------------------------------------------- state
   const paths = scene.paths || null;
-  const layerMax = {low: 0, high: 0};
+  const layerRange = {low: 0, high: 0};  // support begins below 0, the first layer of the part
   const state = {
-    preset: 'part',
+    preset: 'part', glass: false,
     show: {model: true, overhang: true, model_layers: false, support_layers: false, model_paths: false, support_paths: false,
       travel: false, skeleton: false, struts: false, marks: true, platform: true},
     layer: 0, only: false, time: paths ? paths.end_s : 0, playing: false, colour: 'material',
@@ -81,7 +81,7 @@
   }
   let renderer;
   try {
-    renderer = new THREE.WebGLRenderer({canvas, antialias: !drawnByProcessor()});
+    renderer = new THREE.WebGLRenderer({canvas, antialias: !drawnByProcessor(), preserveDrawingBuffer: true});
   } catch (error) {
     $('note').textContent = 'This browser offers no WebGL, so the part cannot be drawn. The report works.';
   }
@@ -93,7 +93,7 @@
   const uniforms = {
     uLow: {value: low}, uSize: {value: size}, uPlane: {value: new THREE.Vector4(0, 0, 0, 1)},
     uTime: {value: 1e30}, uLayers: {value: new THREE.Vector2(-1, 1e9)}, uMaterials: {value: new THREE.Vector2(1, 1)},
-    uMode: {value: 0}, uMaxima: {value: paths ? new THREE.Vector4(paths.max_height_mm, paths.max_width_mm, paths.max_feed_mm_s,
+    uMode: {value: 0}, uFirstLayer: {value: 0}, uMaxima: {value: paths ? new THREE.Vector4(paths.max_height_mm, paths.max_width_mm, paths.max_feed_mm_s,
       Math.max(paths.end_s, 1e-9)) : new THREE.Vector4(1, 1, 1, 1)},
     uRange: {value: new THREE.Vector2(0, 1)},
     uMap: {value: kMap.map((c) => new THREE.Vector3(...c))},
@@ -115,11 +115,15 @@
     precision highp float;
     uniform vec4 uPlane;
     varying vec3 vPoint, vView;
+    #ifdef CUT
     void section() { if (dot(uPlane.xyz, vPoint) > uPlane.w) discard; }
+    #else
+    void section() {}
+    #endif
     float lamp(vec3 n) { return 0.42 + 0.40 * abs(dot(n, normalize(vec3(0.25, 0.45, 0.85)))) + 0.22 * max(dot(n, normalize(vec3(-0.6, 0.7, 0.3))), 0.0); }`;
   // Colour of a bead from its numbers; bytes = height, width, feed (fractions of their maxima), kind.
   const kBeadColour = `
-    uniform float uTime, uMode;
+    uniform float uTime, uMode, uFirstLayer;
     uniform vec2 uLayers, uMaterials, uRange;
     uniform vec4 uMaxima;
     uniform vec3 uMap[5], uModelColour, uSupportColour;
@@ -157,7 +161,19 @@
       vertexShader: kVertexCommon + vertex, fragmentShader: kFragmentCommon + fragment,
       uniforms: Object.assign({}, uniforms, own)}, options));
     made.extensions.derivatives = true;
+    materials.push(made);
     return made;
+  }
+  // A program that may throw pixels away is slow everywhere, so only a cut has one.
+  const materials = [];
+  let cutting = false;
+  function useCut(on) {
+    if (on === cutting) return;
+    cutting = on;
+    for (const each of materials) {
+      each.defines = on ? {CUT: 1} : {};
+      each.needsUpdate = true;
+    }
   }
   function add(object) {
     object.frustumCulled = false;
@@ -165,17 +181,24 @@
     return object;
   }
 
-  // Flat surfaces of one colour; the far side is darker, so that a section shows what is inside.
+  // Flat surfaces of one colour; the far side is darker. With `solid` it bounds something full: what a section shows of the
+  // far side is what the cut goes through, and is hatched.
   function surfaceMaterial(colour, extra) {
     return material(
       'attribute vec3 position; uniform float uShift; void main() { place(uLow + uSize * position); gl_Position.z -= uShift * gl_Position.w; }',
-      `uniform vec3 uColour; uniform float uOpacity;
+      `uniform vec3 uColour, uCut; uniform float uOpacity, uSolid;
        void main() {
          section();
          vec3 n = normalize(cross(dFdx(vView), dFdy(vView)));
-         gl_FragColor = vec4(uColour * lamp(n) * (gl_FrontFacing ? 1.0 : 0.72), uOpacity);
+         gl_FragColor = vec4(uColour * lamp(n) * (gl_FrontFacing ? 1.0 : 0.78), uOpacity);
+         #ifdef CUT
+         if (uSolid > 0.5 && !gl_FrontFacing) {
+           gl_FragColor = vec4(mod(gl_FragCoord.x + gl_FragCoord.y, 9.0) < 1.5 ? uCut : mix(uCut, vec3(1.0), 0.62), uOpacity);
+         }
+         #endif
        }`,
-      Object.assign({uniforms: {uColour: {value: rgb(colour)}, uOpacity: {value: 1}, uShift: {value: (extra && extra.shift) || 0}}},
+      Object.assign({uniforms: {uColour: {value: rgb(colour)}, uCut: {value: rgb(kCut)}, uOpacity: {value: 1},
+        uShift: {value: (extra && extra.shift) || 0}, uSolid: {value: extra && extra.solid ? 1 : 0}}},
         extra && extra.side !== undefined ? {side: extra.side} : {}));
   }
   function positions(array) { return new THREE.BufferAttribute(array, 3, true); }
@@ -191,10 +214,10 @@
   }
   if (present('model_faces')) {
     const vertices = buffer('model_vertices'), faces = buffer('model_faces');
-    parts.model = detailedMesh(indexed(vertices, faces, surfaceMaterial(kModel)), vertices, faces);
+    parts.model = detailedMesh(indexed(vertices, faces, surfaceMaterial(kModel, {solid: !scene.inspect})), vertices, faces);
     const chosen = buffer('overhang_faces'), index = new Uint32Array(3 * chosen.length);
     chosen.forEach((f, i) => { for (let k = 0; k < 3; ++k) index[3 * i + k] = faces[3 * f + k]; });
-    if (chosen.length) parts.overhang = detailedMesh(indexed(vertices, index, surfaceMaterial(kOverhang, {shift: 2e-4})), vertices, index);
+    if (chosen.length) parts.overhang = detailedMesh(indexed(vertices, index, surfaceMaterial(kOverhang, {shift: 2e-4, solid: true})), vertices, index);
   }
   if (present('bad_triangles')) {
     const geometry = new THREE.BufferGeometry();
@@ -203,8 +226,8 @@
   }
   function lineMaterial(colour, extra) {
     return material('attribute vec3 position; void main() { place(uLow + uSize * position); gl_Position.z -= 2e-4 * gl_Position.w; }',
-      'uniform vec3 uColour; void main() { section(); gl_FragColor = vec4(uColour, 1.0); }',
-      Object.assign({uniforms: {uColour: {value: rgb(colour)}}}, extra || {}));
+      'uniform vec3 uColour; uniform float uOpacity; void main() { section(); gl_FragColor = vec4(uColour, uOpacity); }',
+      Object.assign({uniforms: {uColour: {value: rgb(colour)}, uOpacity: {value: 1}}}, extra || {}));
   }
   if (present('bad_lines')) {
     const geometry = new THREE.BufferGeometry();
@@ -301,27 +324,33 @@
     const vertices = buffer(name + '_vertices'), index = buffer(name + '_triangles');
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', positions(buffer(name + '_outline')));
-    const lines = add(new THREE.LineSegments(geometry, lineMaterial(dark)));
+    const lines = add(new THREE.LineSegments(geometry, lineMaterial(dark, {transparent: true, depthWrite: false})));
     // Where each sheet ends in both indices.
     const triangleEnd = [], chainEnd = [];
     for (let s = 0; s < sheetLayer.length; ++s) {
       triangleEnd.push((triangleEnd[s - 1] || 0) + 3 * triangles[s]);
       chainEnd.push((chainEnd[s - 1] || 0) + chains[s]);
     }
-    const fill = detailedMesh(indexed(vertices, index, surfaceMaterial(colour)), vertices, index, triangleEnd);
+    // The last sheet first: seen from above it hides the others, which then cost little.
+    const fill = indexed(vertices, index, surfaceMaterial(colour));
+    fill.detail = detailed(fill.geometry, (level) => {
+      const few = fewTriangles(vertices, index, triangleEnd, kTriangles[level]);
+      const last = few.index.length - 3;
+      return {index: few.index.map((_, i) => few.index[last - i + 2 * (i % 3)]), ends: few.ends};
+    });
     lines.detail = detailed(geometry, (level) => fewChains(counts, kSegments[level]));
-    layerMax.low = Math.min(layerMax.low, sheetLayer[0]);
-    layerMax.high = Math.max(layerMax.high, sheetLayer[sheetLayer.length - 1]);
+    layerRange.low = Math.min(layerRange.low, sheetLayer[0]);
+    layerRange.high = Math.max(layerRange.high, sheetLayer[sheetLayer.length - 1]);
     return {
       fill, lines,
       range(from, to, level) {
         let a = 0, b = sheetLayer.length;
         while (a < b && sheetLayer[a] < from) ++a;
         while (b > a && sheetLayer[b - 1] > to) --b;
-        const draw = (object, endOf) => object.geometry.setDrawRange(endOf(a), endOf(b) - endOf(a));
         const fillEnd = fill.detail(level), lineEnd = lines.detail(level);
-        draw(fill, (s) => (s > 0 ? fillEnd[s - 1] : 0));
-        draw(lines, (s) => (s > 0 && chainEnd[s - 1] > 0 ? lineEnd[chainEnd[s - 1] - 1] : 0));
+        const fillAt = (s) => (s > 0 ? fillEnd[s - 1] : 0), lineAt = (s) => (s > 0 && chainEnd[s - 1] > 0 ? lineEnd[chainEnd[s - 1] - 1] : 0);
+        fill.geometry.setDrawRange(fillAt(sheetLayer.length) - fillAt(b), fillAt(b) - fillAt(a));
+        lines.geometry.setDrawRange(lineAt(a), lineAt(b) - lineAt(a));
       },
     };
   }
@@ -337,39 +366,45 @@
       values[2 * i] = radius[i];
       values[2 * i + 1] = most > 1 ? Math.log(branches[i]) / Math.log(most) : 0;
     }
-    const sides = 8, corners = [], index = [];
-    for (let s = 0; s < sides; ++s) {
-      const a = 2 * Math.PI * s / sides;
-      corners.push(Math.cos(a), Math.sin(a), 0, Math.cos(a), Math.sin(a), 1);
-      const i = 2 * s, j = 2 * ((s + 1) % sides);
-      index.push(i, j, i + 1, j, j + 1, i + 1);
+    // A tube an edge. Drawing one shape many times is slow where the processor draws, so every tube has vertices of its own.
+    const sides = 6, corners = 2 * sides;
+    const upper = new Uint16Array(4 * corners * radius.length), lower = new Uint16Array(upper.length);
+    const value = new Float32Array(2 * corners * radius.length), index = new Uint32Array(6 * sides * radius.length);
+    for (let e = 0, v = 0, at = 0; e < radius.length; ++e) {
+      for (let s = 0; s < sides; ++s) {
+        const i = v + 2 * s, j = v + 2 * ((s + 1) % sides);
+        for (const k of [i, j, i + 1, j, j + 1, i + 1]) index[at++] = k;
+      }
+      for (let c = 0; c < corners; ++c, ++v) {
+        for (let k = 0; k < 3; ++k) { upper[4 * v + k] = ends[6 * e + k]; lower[4 * v + k] = ends[6 * e + 3 + k]; }
+        upper[4 * v + 3] = c >> 1;      // which side
+        lower[4 * v + 3] = c & 1;       // which end
+        value[2 * v] = values[2 * e];
+        value[2 * v + 1] = values[2 * e + 1];
+      }
     }
-    const tube = (colour, scale, least) => {
-      const geometry = new THREE.InstancedBufferGeometry();
-      geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(corners), 3));
-      geometry.setIndex(new THREE.BufferAttribute(new Uint16Array(index), 1));
-      const both = new THREE.InstancedInterleavedBuffer(ends, 6, 1);
-      geometry.setAttribute('upper', new THREE.InterleavedBufferAttribute(both, 3, 0, true));
-      geometry.setAttribute('lower', new THREE.InterleavedBufferAttribute(both, 3, 3, true));
-      geometry.setAttribute('value', new THREE.InstancedBufferAttribute(values, 2));
-      geometry.maxInstancedCount = radius.length;
-      return add(new THREE.Mesh(geometry, material(
-        `attribute vec3 position, upper, lower; attribute vec2 value;
-         uniform float uScale, uLeast, uByCount;
-         ${kBeadColour}
-         varying vec3 vColour, vNormal;
-         void main() {
-           vec3 a = uLow + uSize * upper, b = uLow + uSize * lower, along = b - a;
-           along = length(along) > 0.0 ? normalize(along) : vec3(0.0, 0.0, 1.0);
-           vec3 u = normalize(abs(along.z) < 0.9 ? cross(along, vec3(0.0, 0.0, 1.0)) : cross(along, vec3(1.0, 0.0, 0.0)));
-           vec3 out_ = position.x * u + position.y * cross(along, u);
-           vColour = uByCount > 0.5 ? mapped(value.y) : uSupportColour;
-           vNormal = mat3(modelViewMatrix[0].xyz, modelViewMatrix[1].xyz, modelViewMatrix[2].xyz) * out_;
-           place(mix(a, b, position.z) + out_ * max(value.x * uScale, uLeast));
-         }`,
-        'varying vec3 vColour, vNormal; void main() { section(); gl_FragColor = vec4(vColour * lamp(normalize(vNormal)), 1.0); }',
-        {uniforms: {uScale: {value: scale}, uLeast: {value: least}, uByCount: {value: colour}}})));
-    };
+    const tubes = new THREE.BufferGeometry();
+    tubes.setAttribute('position', new THREE.BufferAttribute(upper, 4, true));
+    tubes.setAttribute('lower', new THREE.BufferAttribute(lower, 4, true));
+    tubes.setAttribute('value', new THREE.BufferAttribute(value, 2));
+    tubes.setIndex(new THREE.BufferAttribute(index, 1));
+    const tube = (colour, scale, least) => add(new THREE.Mesh(tubes, material(
+      `attribute vec4 position, lower; attribute vec2 value;
+       uniform float uScale, uLeast, uByCount;
+       ${kBeadColour}
+       varying vec3 vColour, vNormal;
+       void main() {
+         vec3 a = uLow + uSize * position.xyz, b = uLow + uSize * lower.xyz, along = b - a;
+         float turn = position.w * 65535.0 * ${(2 * Math.PI / sides).toFixed(8)};
+         along = length(along) > 0.0 ? normalize(along) : vec3(0.0, 0.0, 1.0);
+         vec3 u = normalize(abs(along.z) < 0.9 ? cross(along, vec3(0.0, 0.0, 1.0)) : cross(along, vec3(1.0, 0.0, 0.0)));
+         vec3 out_ = cos(turn) * u + sin(turn) * cross(along, u);
+         vColour = uByCount > 0.5 ? mapped(value.y) : uSupportColour;
+         vNormal = mat3(modelViewMatrix[0].xyz, modelViewMatrix[1].xyz, modelViewMatrix[2].xyz) * out_;
+         place((lower.w > 0.0 ? b : a) + out_ * max(value.x * uScale, uLeast));
+       }`,
+      'varying vec3 vColour, vNormal; void main() { section(); gl_FragColor = vec4(vColour * lamp(normalize(vNormal)), 1.0); }',
+      {uniforms: {uScale: {value: scale}, uLeast: {value: least}, uByCount: {value: colour}}})));
     // One line an edge, for machines that cannot draw tubes fast enough.
     const tips = new Uint16Array(6 * radius.length), shade = new Float32Array(2 * radius.length);
     tips.set(ends);
@@ -395,6 +430,7 @@
   const skeleton = makeSkeleton();
 
   // ---------------------------------------------------------------- toolpaths
+  const kChunk = 10000;  // beads: at most 60 000 vertices
   function makePaths() {
     if (!present('path_positions')) return null;
     const position = buffer('path_positions'), axis = buffer('path_axes'), counts = buffer('path_counts');
@@ -410,65 +446,128 @@
       const z = sz * (position[3 * i + 2] - position[3 * j + 2]);
       return Math.sqrt(x * x + y * y + z * z);
     };
-    let most = 0, leastHeight = 255, leastUp = 1, leastFeed = 255;
+    const [lowest, highest] = layer.reduce(([a, b], k) => [Math.min(a, k), Math.max(b, k)], [0, 0]);
+    layerRange.low = Math.min(layerRange.low, lowest);
+    layerRange.high = Math.max(layerRange.high, highest);
+    uniforms.uFirstLayer.value = lowest;
+    const heightCount = new Uint32Array(256);
+    let leastUp = 1, leastFeed = 255;
     for (let p = 0; p < counts.length; ++p) {
       first[p + 1] = first[p] + counts[p];
       let length = 0;
       for (let i = first[p]; i < first[p + 1]; ++i) {
         where[4 * i] = position[3 * i]; where[4 * i + 1] = position[3 * i + 1]; where[4 * i + 2] = position[3 * i + 2];
-        where[4 * i + 3] = layer[p];
+        where[4 * i + 3] = layer[p] - lowest;
         bytes[4 * i] = heights[i]; bytes[4 * i + 1] = widths[i]; bytes[4 * i + 2] = feeds[i]; bytes[4 * i + 3] = kinds[p];
         turned[4 * i] = axis[2 * i]; turned[4 * i + 1] = axis[2 * i + 1];
         turned[4 * i + 2] = i === first[p] ? 127 : 0;
         if (i > first[p]) length += distance(i, i - 1);
         time[i] = length;
-        leastHeight = Math.min(leastHeight, heights[i]);
+        ++heightCount[heights[i]];
         leastFeed = Math.min(leastFeed, i > first[p] ? feeds[i] : 255);
         leastUp = Math.min(leastUp, upOf(axis[2 * i], axis[2 * i + 1]));
       }
       const begin = times[2 * p], end = times[2 * p + 1];
       for (let i = first[p]; i < first[p + 1]; ++i) time[i] = begin + (length > 0 ? time[i] / length : 0) * (end - begin);
-      most = Math.max(most, layer[p]);
     }
-    layerMax.high = Math.max(layerMax.high, most);
 
-    // One bead segment: a roof from one path point to the next; its normals make it look round.
-    const profile = [[-1, -0.7], [0, 1], [1, -0.7]], corners = [], index = [];
-    for (const e of [0, 1]) for (const [x, y] of profile) corners.push(x, y, e);
-    for (let k = 0; k < 2; ++k) index.push(k, k + 1, k + 3, k + 1, k + 4, k + 3);
-    const geometry = new THREE.InstancedBufferGeometry();
-    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(corners), 3));
-    geometry.setIndex(new THREE.BufferAttribute(new Uint16Array(index), 1));
-    const pair = (name, array, stride, items, normalized) => {
-      const shared = new THREE.InstancedInterleavedBuffer(array, stride, 1);
-      geometry.setAttribute(name + '0', new THREE.InterleavedBufferAttribute(shared, items, 0, normalized));
-      geometry.setAttribute(name + '1', new THREE.InterleavedBufferAttribute(shared, items, stride, normalized));
-    };
-    pair('where', where, 4, 4, true);
-    pair('bytes', bytes, 4, 4, true);
-    pair('turned', turned, 4, 3, true);
-    pair('time', time, 1, 1, false);
-    geometry.maxInstancedCount = Math.max(count - 1, 0);
-    const beads = add(new THREE.Mesh(geometry, material(
-      `attribute vec3 position; attribute vec4 where0, where1, bytes0, bytes1; attribute vec3 turned0, turned1;
-       attribute float time0, time1;
+    // Beads are roofs along the paths: left, top and right of every point, twice where a path turns back. In chunks, in the
+    // order of the print: only those are drawn that a choice of layers or time needs, a slow machine draws one after the
+    // other, and each is made when it is first drawn.
+    const beadMaterial = material(
+      `attribute vec4 position, bytes, turned; attribute float time;
        ${kBeadColour}
        varying vec3 vColour, vNormal;
+       varying float vTime;
        void main() {
-         vColour = vec3(0.0); vNormal = vec3(0.0, 0.0, 1.0);
-         if (turned1.z > 0.5 || hidden(where1.w * 65535.0, bytes1.w, time0)) { nowhere(); return; }
-         vec3 a = uLow + uSize * where0.xyz, b = uLow + uSize * where1.xyz;
-         if (time1 > uTime) b = mix(a, b, (uTime - time0) / max(time1 - time0, 1e-9));
-         vec3 axis = direction(position.z < 0.5 ? turned0.xy : turned1.xy), along = b - a;
-         along = length(along) > 0.0 ? normalize(along) : vec3(1.0, 0.0, 0.0);
-         vec3 side = normalize(cross(along, axis) + vec3(1e-6, 0.0, 0.0));
-         vec4 here = position.z < 0.5 ? bytes0 : bytes1;
-         vec3 away = side * position.x + axis * (position.y * 0.5 + 0.5);
-         vColour = bead_colour(bytes1, direction(turned1.xy), time1);
-         vNormal = mat3(modelViewMatrix[0].xyz, modelViewMatrix[1].xyz, modelViewMatrix[2].xyz) * away;
-         place(mix(a, b, position.z) + 0.5 * side * position.x * here.y * uMaxima.y + 0.5 * axis * position.y * here.x * uMaxima.x);
+         vTime = time; vColour = vec3(0.0); vNormal = vec3(0.0, 0.0, 1.0);
+         float corner = floor((bytes.w * 255.0 + 0.5) / 64.0) - 1.0;
+         if (hidden(position.w * 65535.0 + uFirstLayer, bytes.w, -1.0)) { nowhere(); return; }
+         vec3 axis = direction(turned.xy), side = normalize(cross(direction(turned.zw), axis) + vec3(1e-6, 0.0, 0.0));
+         float up = corner == 0.0 ? 1.0 : -0.7;
+         vColour = bead_colour(bytes, axis, time);
+         vNormal = mat3(modelViewMatrix[0].xyz, modelViewMatrix[1].xyz, modelViewMatrix[2].xyz) * (side * corner + axis * (up * 0.5 + 0.5));
+         place(uLow + uSize * position.xyz + 0.5 * side * corner * bytes.y * uMaxima.y + 0.5 * axis * up * bytes.x * uMaxima.x);
        }`,
-      'varying vec3 vColour, vNormal; void main() { section(); gl_FragColor = vec4(vColour * lamp(normalize(vNormal)), 1.0); }')));
+      `uniform float uTime; varying vec3 vColour, vNormal; varying float vTime;
+       void main() { section(); if (vTime > uTime) discard; gl_FragColor = vec4(vColour * lamp(normalize(vNormal)), 1.0); }`);
+    // Two bytes for the way from one point to another.
+    const putWay = (i, j, into, o) => {
+      const x = sx * (position[3 * j] - position[3 * i]), y = sy * (position[3 * j + 1] - position[3 * i + 1]);
+      const z = sz * (position[3 * j + 2] - position[3 * i + 2]), sum = (Math.abs(x) + Math.abs(y) + Math.abs(z)) || 1;
+      let u = x / sum, v = y / sum;
+      if (z < 0) [u, v] = [(1 - Math.abs(v)) * (u < 0 ? -1 : 1), (1 - Math.abs(u)) * (v < 0 ? -1 : 1)];
+      into[o] = Math.round(127 * u);
+      into[o + 1] = Math.round(127 * v);
+    };
+    const turnsBack = (i) => {
+      let dot = 0;
+      for (const [k, step] of [sx, sy, sz].entries()) {
+        dot += step * step * (position[3 * i + k] - position[3 * i - 3 + k]) * (position[3 * i + 3 + k] - position[3 * i + k]);
+      }
+      return dot <= 0;
+    };
+    const starts = (i) => turned[4 * i + 2] > 0;
+    const makeChunk = (begin, end) => {
+      const most = 6 * (end - begin + 1), index = [];
+      const vWhere = new Uint16Array(4 * most), vBytes = new Uint8Array(4 * most), vTurned = new Int8Array(4 * most), vTime = new Float32Array(most);
+      let v = 0;
+      const roof = (i, from, to) => {
+        for (let corner = 0; corner < 3; ++corner, ++v) {
+          for (let k = 0; k < 4; ++k) { vWhere[4 * v + k] = where[4 * i + k]; vBytes[4 * v + k] = bytes[4 * i + k]; }
+          vBytes[4 * v + 3] += 64 * corner;  // above the bits of material and kind
+          vTurned[4 * v] = turned[4 * i];
+          vTurned[4 * v + 1] = turned[4 * i + 1];
+          putWay(from, to, vTurned, 4 * v + 2);
+          vTime[v] = time[i];
+        }
+      };
+      for (let i = begin; i <= end; ++i) {
+        const isFirst = i === begin || starts(i), isLast = i === end || starts(i + 1);
+        // The neighbours beyond the ends of the chunk still say where the path is going.
+        const before = starts(i) ? i : i - 1, after = i + 1 >= count || starts(i + 1) ? i : i + 1;
+        const twice = !isFirst && !isLast && turnsBack(i);
+        if (twice) {
+          roof(i, before, i);
+          joined(index, v);
+          roof(i, i, after);
+        } else {
+          const back = before < i && after > i && turnsBack(i);
+          roof(i, back && isFirst ? i : before, back && isLast ? i : after);
+          if (!isFirst) joined(index, v);
+        }
+      }
+      const geometry = new THREE.BufferGeometry();
+      const put = (name, array, items, normalized) => {
+        const attribute = new THREE.BufferAttribute(array.slice(0, items * v), items, normalized);
+        attribute.onUpload(function () { this.array = null; });
+        geometry.setAttribute(name, attribute);
+      };
+      put('position', vWhere, 4, true);
+      put('bytes', vBytes, 4, true);
+      put('turned', vTurned, 4, true);
+      put('time', vTime, 1, false);
+      geometry.setIndex(new THREE.BufferAttribute(new Uint16Array(index), 1));
+      return geometry;
+    };
+    // The two slopes between the last two roofs of `v` vertices.
+    function joined(index, v) {
+      for (const k of [-6, -3, -5, -3, -2, -5, -5, -2, -4, -2, -1, -4]) index.push(v + k);
+    }
+    const chunks = [];
+    for (let i = 0; i + 1 < count; i += kChunk) {
+      const end = Math.min(i + kChunk, count - 1);
+      chunks.push({begin: i, end, from: Infinity, to: -Infinity, kinds: new Set(), mesh: add(new THREE.Mesh(new THREE.BufferGeometry(), beadMaterial)),
+        make() { if (!this.made) { this.mesh.geometry = makeChunk(this.begin, this.end); this.made = true; } return this.mesh; }});
+      chunks[chunks.length - 1].mesh.visible = false;
+    }
+    for (let p = 0; p < counts.length; ++p) {
+      for (let c = Math.floor(first[p] / kChunk); c < chunks.length && chunks[c].begin < first[p + 1]; ++c) {
+        chunks[c].from = Math.min(chunks[c].from, layer[p]);
+        chunks[c].to = Math.max(chunks[c].to, layer[p]);
+        chunks[c].kinds.add(kinds[p] & 1);
+      }
+    }
 
     // The same as thin lines, for machines that cannot draw beads fast enough.
     const shared = new THREE.BufferGeometry();
@@ -482,7 +581,7 @@
        varying vec3 vColour;
        void main() {
          vColour = vec3(0.0);
-         if (hidden(position.w * 65535.0, bytes.w, time)) { nowhere(); return; }
+         if (hidden(position.w * 65535.0 + uFirstLayer, bytes.w, time)) { nowhere(); return; }
          vec3 axis = direction(turned.xy);
          vColour = bead_colour(bytes, axis, time) * (0.62 + 0.38 * abs(axis.z));
          place(uLow + uSize * position.xyz);
@@ -490,8 +589,14 @@
       'varying vec3 vColour; void main() { section(); gl_FragColor = vec4(vColour, 1.0); }');
     const lines = add(new THREE.LineSegments(shared, lineShader));
     lines.detail = detailed(shared, (level) => fewChains(counts, kSegments[level]));
-    return {beads, lines, counts, first, times, time, kinds, layer, at, axis, count,
-      ranges: {height: [leastHeight / 255 * paths.max_height_mm, paths.max_height_mm], tilt: [0, Math.acos(leastUp) * 180 / Math.PI],
+    // The colours of heights span all but the thinnest and thickest hundredth; the few beyond would hide the differences.
+    const heightAt = (share) => {
+      let below = 0, h = 0;
+      for (; h < 255 && below + heightCount[h] <= share * count; ++h) below += heightCount[h];
+      return h / 255 * paths.max_height_mm;
+    };
+    return {chunks, lines, counts, first, times, time, kinds, layer, at, axis, count,
+      ranges: {height: [heightAt(0.01), heightAt(0.99)], tilt: [0, Math.acos(leastUp) * 180 / Math.PI],
         speed: [leastFeed / 255 * paths.max_feed_mm_s, paths.max_feed_mm_s], order: [0, paths.end_s]}};
   }
   // z of the direction that two bytes stand for.
@@ -518,16 +623,20 @@
     const a = new THREE.Vector3().fromArray(scene.travel_box.low);
     const s = new THREE.Vector3().fromArray(scene.travel_box.high).sub(a);
     const points = new Float32Array(source.length), time = new Float32Array(source.length / 3), first = [0];
+    const layer = new Float32Array(source.length / 3);  // of the path that it leads to
     source.forEach((v, i) => { points[i] = a.getComponent(i % 3) + s.getComponent(i % 3) * v / 65535; });
     for (let t = 0, i = 0; t < counts.length; ++t) {
-      for (let k = 0; k < counts[t]; ++k, ++i) time[i] = times[2 * t];
+      const next = toolpaths ? toolpaths.layer[Math.min(lastAtMost(toolpaths.times, 2, times[2 * t]) + 1, toolpaths.layer.length - 1)] : 0;
+      for (let k = 0; k < counts[t]; ++k, ++i) { time[i] = times[2 * t]; layer[i] = next; }
       first.push(i);
     }
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(points, 3));
     geometry.setAttribute('time', new THREE.BufferAttribute(time, 1));
+    geometry.setAttribute('layer', new THREE.BufferAttribute(layer, 1));
     const lines = add(new THREE.LineSegments(geometry, material(
-      'attribute vec3 position; attribute float time; uniform float uTime; void main() { if (time > uTime) nowhere(); else place(position); }',
+      `attribute vec3 position; attribute float time, layer; uniform float uTime; uniform vec2 uLayers;
+       void main() { if (time > uTime || layer < uLayers.x - 0.5 || layer > uLayers.y + 0.5) nowhere(); else place(position); }`,
       'uniform vec3 uColour; void main() { section(); gl_FragColor = vec4(uColour, 1.0); }', {uniforms: {uColour: {value: rgb(kTravel)}}})));
     lines.detail = detailed(geometry, (level) => fewChains(counts, kSegments[level]));
     return {lines, points, times, counts, first};
@@ -583,7 +692,8 @@
     }
     nozzle.position.copy(position);
     nozzle.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
-    const material = toolpaths.kinds[path] & 1 ? 'support' : 'model';
+    if (state.time >= paths.end_s) return `finished after ${clockText(paths.end_s)}${withoutChanges} · ${toolpaths.counts.length} paths`;
+    const material = toolpaths.kinds[path] & 1 ? 'support' : 'part';
     const tilt = Math.acos(Math.min(Math.max(axis.z, -1), 1)) * 180 / Math.PI;
     return `${clockText(state.time)} of ${clockText(paths.end_s)}${withoutChanges} · ${moving ? 'travel' : material} · layer ${toolpaths.layer[path]} · ` +
       `path ${path + 1} of ${toolpaths.counts.length} · tilt ${tilt.toFixed(0)}°`;
@@ -603,6 +713,38 @@
   }
   const gridStep = makePlatform();
 
+  // Where x, y and z point, in the lower right corner: three arms with their letters, in pixels.
+  function makeAxes() {
+    const strokes = [[[-3, -4, 3, 4], [-3, 4, 3, -4]], [[-3, 4, 0, 0], [3, 4, 0, 0], [0, 0, 0, -4]], [[-3, 4, 3, 4], [3, 4, -3, -4], [-3, -4, 3, -4]]];
+    const arm = [], offset = [], colour = [];
+    ['#c0392b', '#2e8b57', '#2f5fb3'].forEach((hex, k) => {
+      const put = (length, x, y) => {
+        arm.push(...[0, 1, 2].map((i) => (i === k ? length : 0)));
+        offset.push(x, y);
+        colour.push(...rgb(hex).toArray());
+      };
+      put(0, 0, 0);
+      put(20, 0, 0);
+      for (const [x0, y0, x1, y1] of strokes[k]) { put(29, x0, y0); put(29, x1, y1); }
+    });
+    const geometry = new THREE.BufferGeometry();
+    for (const [name, array, items] of [['position', arm, 3], ['offset', offset, 2], ['colour', colour, 3]]) {
+      geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(array), items));
+    }
+    const made = add(new THREE.LineSegments(geometry, material(
+      `attribute vec3 position, colour; attribute vec2 offset; uniform mat4 viewMatrix; uniform vec2 uPixels; varying vec3 vColour;
+       void main() {
+         vColour = colour; vPoint = vec3(0.0); vView = vec3(0.0);
+         vec2 at = (mat3(viewMatrix[0].xyz, viewMatrix[1].xyz, viewMatrix[2].xyz) * position).xy + offset;
+         gl_Position = vec4(vec2(1.0, -1.0) + 2.0 * (at + vec2(-42.0, 42.0)) / uPixels, 0.0, 1.0);
+       }`,
+      'varying vec3 vColour; void main() { gl_FragColor = vec4(vColour, 1.0); }',
+      {depthTest: false, depthWrite: false, uniforms: {uPixels: {value: new THREE.Vector2(1, 1)}}})));
+    made.renderOrder = 6;
+    return made;
+  }
+  const axes = makeAxes();
+
   const checks = scene.checks || [];
   function makeMarks() {
     const points = [];
@@ -610,16 +752,26 @@
     if (!points.length) return;
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(points), 3));
-    parts.marks = add(new THREE.Points(geometry, material(
-      'attribute vec3 position; uniform float uPoint; void main() { place(position); gl_PointSize = uPoint; }',
-      `uniform vec3 uColour;
-       void main() {
-         float r = length(gl_PointCoord - 0.5);
-         if (r > 0.5 || (r > 0.22 && r < 0.36)) discard;
-         gl_FragColor = vec4(uColour, 1.0);
-       }`,
-      {depthTest: false, transparent: true, uniforms: {uColour: {value: rgb(kMark)}, uPoint: {value: 16 * Math.min(window.devicePixelRatio || 1, 2)}}})));
-    parts.marks.renderOrder = 5;
+    // Rings around a dot; the one that was flown to is large and thin.
+    const rings = (geometry, pixels, band) => {
+      const made = add(new THREE.Points(geometry, material(
+        'attribute vec3 position; uniform float uPoint; void main() { place(position); gl_PointSize = uPoint; }',
+        `uniform vec3 uColour; uniform vec2 uBand;
+         void main() {
+           float r = length(gl_PointCoord - 0.5);
+           if (r > 0.5 || (r > uBand.x && r < uBand.y)) discard;
+           gl_FragColor = vec4(uColour, 1.0);
+         }`,
+        {depthTest: false, transparent: true, uniforms: {uColour: {value: rgb(kMark)}, uBand: {value: new THREE.Vector2(...band)},
+          uPoint: {value: pixels * Math.min(window.devicePixelRatio || 1, 2)}}})));
+      made.renderOrder = 5;
+      return made;
+    };
+    parts.marks = rings(geometry, 14, [0.22, 0.36]);
+    const one = new THREE.BufferGeometry();
+    one.setAttribute('position', new THREE.BufferAttribute(new Float32Array(3), 3));
+    parts.chosen = rings(one, 46, [0, 0.43]);
+    parts.chosen.visible = false;
   }
   makeMarks();
 
@@ -628,8 +780,15 @@
   let flight = null;
   function fitted(azimuth, elevation) {
     const aspect = Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
-    const half = Math.tan(camera.fov * Math.PI / 360) * Math.min(1, aspect);
-    return {target: new THREE.Vector3().addVectors(low, high).multiplyScalar(0.5), distance: 0.56 * diagonal / half, azimuth, elevation};
+    const tall = 0.88 * Math.tan(camera.fov * Math.PI / 360), wide = tall * aspect;
+    const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
+    let distance = 0.1 * diagonal;
+    for (let corner = 0; corner < 8; ++corner) {
+      const [x, y, z] = [0, 1, 2].map((k) => (corner >> k & 1 ? 0.5 : -0.5) * size.getComponent(k));
+      const right = -sa * x + ca * y, out = ca * x + sa * y, up = ce * z - se * out, near = ce * out + se * z;
+      distance = Math.max(distance, near + Math.abs(right) / wide, near + Math.abs(up) / tall);
+    }
+    return {target: new THREE.Vector3().addVectors(low, high).multiplyScalar(0.5), distance, azimuth, elevation};
   }
   function applyCamera() {
     const c = Math.cos(view.elevation);
@@ -639,6 +798,13 @@
     camera.far = view.distance + 6 * diagonal;
     camera.updateProjectionMatrix();
     camera.lookAt(view.target);
+    camera.updateMatrixWorld();
+    camera.matrixWorldInverse.getInverse(camera.matrixWorld);
+  }
+  // Pixels between two layers: where they are close, their borders would hide them.
+  function layerPixels() {
+    const thickness = ((scene.report || {}).layers || {}).thickness_p50_mm || size.z / Math.max(layerRange.high - layerRange.low, 1);
+    return thickness * canvas.clientHeight / (2 * view.distance * Math.tan(camera.fov * Math.PI / 360));
   }
   function flyTo(goal) {
     const from = {target: view.target.clone(), distance: view.distance, azimuth: view.azimuth, elevation: view.elevation};
@@ -729,13 +895,14 @@
     set(parts.overhang, show.overhang);
     set(parts.platform, show.platform);
     set(parts.marks, show.marks);
-    const glass = show.skeleton || show.struts || !!scene.inspect;
+    set(parts.chosen, show.marks && !!state.chosen);
+    const glass = state.glass || !!scene.inspect;
     for (const object of [parts.model, parts.overhang]) {
       if (!object) continue;
       object.material.uniforms.uOpacity.value = glass ? 0.3 : 1;
       object.material.transparent = glass;
       object.material.depthWrite = !glass;
-      object.material.side = glass ? THREE.FrontSide : THREE.DoubleSide;
+      object.material.side = glass && object === parts.model ? THREE.FrontSide : THREE.DoubleSide;
       object.renderOrder = glass ? 3 : 0;
     }
     for (const name of ['model', 'support']) {
@@ -744,6 +911,7 @@
       if (on) layers[name].range(from, to, level);
       set(layers[name].fill, on);
       set(layers[name].lines, on && level < 3);
+      layers[name].lines.material.uniforms.uOpacity.value = Math.min(Math.max(layerPixels() / 6, 0.2), 1);
     }
     for (const part of [parts.model, parts.overhang]) if (part && part.visible) part.detail(level);
     if (skeleton) {
@@ -763,21 +931,25 @@
     if (toolpaths) {
       const any = show.model_paths || show.support_paths;
       const done = lastAtMost(toolpaths.times, 2, state.time);
-      const segments = Math.max(Math.min(toolpaths.first[done + 1] || 0, toolpaths.count) - 1, 0);
-      toolpaths.beads.geometry.maxInstancedCount = segments;
-      const asBeads = level < 2 && beadsAffordable(segments, moving);
-      set(toolpaths.beads, any && asBeads);
+      const last = toolpaths.first[done + 1] || 0;
+      wantedChunks = any ? toolpaths.chunks.filter((c) => c.begin < last && c.from <= to && c.to >= from &&
+        (c.kinds.has(0) && show.model_paths || c.kinds.has(1) && show.support_paths)) : [];
+      const asBeads = level < 2 && beadsAffordable(kChunk * wantedChunks.length, moving);
+      for (const chunk of toolpaths.chunks) chunk.mesh.visible = false;
+      if (asBeads) for (const chunk of wantedChunks) chunk.make().visible = true;
       set(toolpaths.lines, any && !asBeads);
       if (toolpaths.lines.visible) toolpaths.lines.detail(level);
       const text = placeNozzle();
-      nozzle.visible = any && state.time < paths.end_s;
+      if (nozzle.visible !== (any && state.time < paths.end_s)) { nozzle.visible = !nozzle.visible; legend(); }
       if (controls.clock && controls.clock.textContent !== text) controls.clock.textContent = text;
       const modes = ['material', 'height', 'tilt', 'speed', 'order'];
       uniforms.uMode.value = modes.indexOf(state.colour);
       const range = toolpaths.ranges[state.colour];
       if (range) uniforms.uRange.value.set(range[0], range[1]);
     }
+    axes.material.uniforms.uPixels.value.set(canvas.clientWidth, canvas.clientHeight);
     const k = 'xyz'.indexOf(state.axis);
+    useCut(k >= 0);
     if (k < 0) uniforms.uPlane.value.set(0, 0, 0, 1);
     else {
       const sign = state.flip ? -1 : 1, at = low.getComponent(k) + state.cut * size.getComponent(k), n = [0, 0, 0];
@@ -785,11 +957,10 @@
       uniforms.uPlane.value.set(n[0], n[1], n[2], sign * at);
     }
   }
-  // Beads cost about ten times what lines cost. What lines cost here is measured once, at their first still picture.
-  const kBeadsAlways = 100000;
-  let lineCost = 0;  // ms a segment
-  function beadsAffordable(segments, moving) {
-    return segments < kBeadsAlways || (lineCost > 0 && 10 * lineCost * segments < (moving ? 40 : 700));
+  // What a bead costs here is measured when the first ones are drawn over the lines of a still picture.
+  let beadCost = 0, wantedChunks = [];  // ms a bead
+  function beadsAffordable(beads, moving) {
+    return beadCost > 0 && beadCost * beads < (moving ? 25 : 100);
   }
   // Milliseconds until the picture is there: reading a pixel waits for it.
   function timedRender() {
@@ -798,22 +969,47 @@
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
     return performance.now() - begin;
   }
+  // Beads that are still to be drawn over the lines of a picture that stands still.
+  let missing = [];
   function draw(level, moving) {
+    missing = [];
     if (!renderer) return;
     resize(level);
     applyCamera();
     applyState(level, moving);
     if (moving) { renderer.render(world, camera); return; }
-    const measure = toolpaths && lineCost === 0 && toolpaths.lines.visible;
-    const cost = timedRender();
-    state.quality = levelFor(cost);
+    // What was printed last hides most of the rest.
+    if (toolpaths && toolpaths.lines.visible) missing = wantedChunks.slice().reverse();
+    const nozzleLast = missing.length > 0 && nozzle.visible;  // see-through, so it comes after the beads
+    if (nozzleLast) nozzle.visible = false;
+    state.quality = levelFor(timedRender());
+    if (nozzleLast) nozzle.visible = true;
     averageFrame = 20;
-    if (!measure) return;
-    // The first picture uploads the buffers; the second one is timed.
-    if (cost > 2000) { lineCost = 1; return; }
-    lineCost = timedRender() / toolpaths.count;
-    applyState(level, moving);
-    if (toolpaths.beads.visible) renderer.render(world, camera);
+  }
+  // Draws these alone over the picture that is there; milliseconds that took.
+  function drawOver(objects) {
+    const background = world.background, shown = world.children.filter((object) => object.visible);
+    for (const object of shown) object.visible = false;
+    for (const object of objects) object.visible = true;
+    world.background = null;
+    renderer.autoClear = false;
+    const cost = timedRender();
+    renderer.autoClear = true;
+    world.background = background;
+    for (const object of objects) object.visible = false;
+    for (const object of shown) object.visible = true;
+    return cost;
+  }
+  // Adds some of the missing beads: as many as keep the page answering.
+  function drawMissing() {
+    for (const begin = performance.now(); missing.length && performance.now() - begin < 60;) {
+      const batch = missing.splice(0, beadCost > 0 ? Math.max(Math.floor(30 / (beadCost * kChunk)), 1) : 1).map((c) => c.make());
+      if (beadCost === 0) drawOver(batch);  // the first picture uploads the numbers; the second one is timed
+      const cost = drawOver(batch) / (kChunk * batch.length);
+      beadCost = beadCost > 0 ? 0.7 * beadCost + 0.3 * cost : cost;
+    }
+    if (missing.length) return;
+    drawOver([nozzle, parts.marks, parts.chosen].filter((object) => object && object.visible));
   }
   function frame(now) {
     if (flight) { stepFlight(now); lastMove = now; }
@@ -822,9 +1018,10 @@
     const moving = !!flight || state.playing || now - lastMove < Math.max(250, 3 * averageFrame);
     if (moving && lastFrame) adapt(now - lastFrame);
     if (moving || !drawnStill) draw(moving ? state.quality : 0, moving);
+    else if (missing.length) drawMissing();
     drawnStill = !moving;
     lastFrame = now;
-    awake = moving;
+    awake = moving || missing.length > 0;
     if (awake) requestAnimationFrame(frame);
   }
 
@@ -850,10 +1047,12 @@
   // ---------------------------------------------------------------- panel
   const controls = {boxes: {}, presets: {}};
   const kPresets = {
-    part: {label: 'Part', title: 'The part, what overhangs, and the printed support', on: ['model', 'overhang', 'support_layers']},
+    part: {label: 'Part, support', title: 'The part and the printed support', on: ['model', 'overhang', 'support_layers']},
+    overhang: {label: 'Overhang', title: 'The part from below, with the surface that would sag without support', on: ['model', 'overhang'], from: [-0.9, -0.42]},
+    tree: {label: 'Tree', title: 'The support tree in the see-through part', on: ['model', 'overhang', 'skeleton'], glass: true},
+    support: {label: 'Support', title: 'The printed support in the see-through part', on: ['model', 'overhang', 'support_layers'], glass: true},
     layers: {label: 'Layers', title: 'Curved layers of part and support', on: ['model_layers', 'support_layers']},
     paths: {label: 'Toolpaths', title: 'Beads as the robot lays them', on: ['model_paths', 'support_paths']},
-    tree: {label: 'Tree', title: 'The support tree inside the part\'s outline', on: ['model', 'overhang', 'skeleton']},
   };
   function possible(name) {
     return {model: !!parts.model, overhang: !!parts.overhang, model_layers: !!layers.model, support_layers: !!layers.support,
@@ -861,7 +1060,11 @@
       marks: !!parts.marks, platform: true}[name];
   }
   function preset(name) {
+    const before = kPresets[state.preset];
+    if (kPresets[name].from) flyTo(fitted(...kPresets[name].from));
+    else if (before && before.from && view.elevation < 0) flyTo(fitted(...kHome));
     state.preset = name;
+    state.glass = !!kPresets[name].glass;
     for (const key of Object.keys(state.show)) {
       if (key !== 'marks' && key !== 'platform' && key !== 'travel') state.show[key] = kPresets[name].on.includes(key) && possible(key);
     }
@@ -869,7 +1072,7 @@
     refresh();
   }
   function refresh() {
-    for (const [name, input] of Object.entries(controls.boxes)) input.checked = state.show[name];
+    for (const [name, input] of Object.entries(controls.boxes)) input.checked = name === 'glass' ? state.glass : state.show[name];
     for (const [name, button] of Object.entries(controls.presets)) button.classList.toggle('active', name === state.preset);
     legend();
     wake();
@@ -887,31 +1090,44 @@
       if (!possible(name)) continue;
       const input = controls.boxes[name] = el('input', {type: 'checkbox', id: 'show-' + name, onchange: () => {
         state.show[name] = input.checked;
+        if ((name === 'skeleton' || name === 'struts') && input.checked) state.glass = true;
         state.preset = '';
         refresh();
       }});
       list.append(el('label', {}, input, el('span', {class: 'swatch', style: `background:${colour}`}), label));
+      if (name !== 'model' || scene.inspect) continue;
+      const glass = controls.boxes.glass = el('input', {type: 'checkbox', id: 'show-glass', onchange: () => {
+        state.glass = glass.checked;
+        if (glass.checked) state.show.model = true;
+        state.preset = '';
+        refresh();
+      }});
+      list.append(el('label', {}, glass, el('span', {class: 'swatch', style: `background:${colour};opacity:.35`}), 'Part see-through'));
     }
     return list;
   }
   function layerSection() {
-    const last = layerMax.high;
+    const {low: firstLayer, high: last} = layerRange;
     state.layer = last;
-    const text = el('span', {});
-    const say = () => { text.textContent = state.only ? `only layer ${state.layer}` : `layers up to ${state.layer} of ${last}`; };
+    const text = el('span', {}), sign = (k) => String(k).replace('-', '−');
+    const say = () => {
+      text.textContent = state.only ? `only layer ${sign(state.layer)}` : state.layer === last ? `all layers, ${sign(firstLayer)} to ${last}` :
+        `layers ${sign(firstLayer)} to ${sign(state.layer)} of ${last}`;
+    };
+    const hint = firstLayer < 0 ? el('div', {class: 'hint'}, 'Layer 0 is the first of the part; support begins before it.') : null;
     controls.setLayer = (value) => {
-      state.layer = Math.min(Math.max(value, layerMax.low), last);
+      state.layer = Math.min(Math.max(value, firstLayer), last);
       controls.layer.value = state.layer;
       if (!['layers', 'paths', ''].includes(state.preset)) preset('layers');
       say();
       moved();
     };
-    controls.layer = el('input', {type: 'range', id: 'layer', min: layerMax.low, max: last, value: last, 'aria-label': 'layer',
+    controls.layer = el('input', {type: 'range', id: 'layer', min: firstLayer, max: last, value: last, 'aria-label': 'layer',
       oninput: () => controls.setLayer(Number(controls.layer.value))});
     const only = el('input', {type: 'checkbox', id: 'only', onchange: () => { state.only = only.checked; controls.setLayer(state.layer); }});
     controls.toggleOnly = () => { only.checked = !only.checked; state.only = only.checked; controls.setLayer(state.layer); };
     say();
-    return [el('h2', {}, 'Layers'), text, controls.layer, el('label', {}, only, 'only this layer')];
+    return [el('h2', {}, 'Layers'), text, controls.layer, el('label', {}, only, 'only this layer'), hint].filter(Boolean);
   }
   const kColours = {material: 'material', height: 'bead height', tilt: 'nozzle tilt', speed: 'speed', order: 'order in time'};
   function pathSection() {
@@ -922,10 +1138,15 @@
     }});
     for (const [value, label] of Object.entries(kColours)) colour.append(el('option', {value}, label));
     controls.time = el('input', {type: 'range', id: 'time', min: 0, max: 1, step: 0.0001, value: 1, 'aria-label': 'time of the print', oninput: () => {
-      state.time = paths.end_s * Number(controls.time.value);
       if (!(state.show.model_paths || state.show.support_paths)) preset('paths');
+      state.time = paths.end_s * Number(controls.time.value);
       moved();
     }});
+    controls.setTime = (seconds) => {
+      state.time = Math.min(Math.max(seconds, 0), paths.end_s);
+      controls.time.value = state.time / paths.end_s;
+      moved();
+    };
     controls.play = el('button', {id: 'play', onclick: () => togglePlay(!state.playing)}, 'Play');
     controls.rate = el('select', {'aria-label': 'speed of playing'});
     for (const [value, label] of [[0.1, 'whole print in 10 min'], [1, 'in 1 min'], [4, 'in 15 s']]) {
@@ -936,13 +1157,13 @@
       el('div', {class: 'row'}, 'Colour by', colour)];
   }
   function sectionSection() {
-    const axis = controls.axis = el('select', {id: 'axis', onchange: () => { state.axis = axis.value; moved(); }});
+    const axis = controls.axis = el('select', {id: 'axis', onchange: () => { state.axis = axis.value; legend(); moved(); }});
     for (const [value, label] of [['off', 'no cut'], ['x', 'across x'], ['y', 'across y'], ['z', 'across z (height)']]) {
       axis.append(el('option', {value}, label));
     }
     const cut = el('input', {type: 'range', id: 'cut', min: 0, max: 1, step: 0.002, value: 0.5, 'aria-label': 'place of the cut', oninput: () => {
       state.cut = Number(cut.value);
-      if (state.axis === 'off') state.axis = axis.value = 'x';
+      if (state.axis === 'off') { state.axis = axis.value = 'x'; legend(); }
       moved();
     }});
     const flip = el('input', {type: 'checkbox', onchange: () => { state.flip = flip.checked; moved(); }});
@@ -951,11 +1172,31 @@
   function visit(check) {
     if (!check.places.length) return;
     check.next = ((check.next === undefined ? -1 : check.next) + 1) % check.places.length;
-    const place = check.places[check.next];
+    const place = check.places[check.next], target = new THREE.Vector3().fromArray(place.at);
     state.show.marks = true;
-    refresh();
-    $('note').textContent = `${check.name}, place ${check.next + 1} of ${check.places.length}: ${place.text}`;
-    flyTo({target: new THREE.Vector3().fromArray(place.at), distance: 0.35 * diagonal, azimuth: view.azimuth, elevation: Math.max(view.elevation, 0.2)});
+    state.chosen = place;
+    if (parts.chosen) {
+      parts.chosen.geometry.attributes.position.array.set(place.at);
+      parts.chosen.geometry.attributes.position.needsUpdate = true;
+    }
+    const then = place.path !== undefined && toolpaths && place.path < toolpaths.counts.length;
+    if (then) {
+      preset('paths');
+      controls.setTime(timeAt(place.path, target));
+    } else {
+      refresh();
+    }
+    $('note').textContent = `${check.name}, place ${check.next + 1} of ${check.places.length}: ${place.text}` + (then ? '. Shown as it stands at that moment.' : '');
+    flyTo({target, distance: 0.35 * diagonal, azimuth: view.azimuth, elevation: Math.max(view.elevation, 0.2)});
+  }
+  // When the path comes nearest to a place.
+  function timeAt(path, place) {
+    let best = Infinity, time = toolpaths.times[2 * path];
+    for (let i = toolpaths.first[path]; i < toolpaths.first[path + 1]; ++i) {
+      const distance = Math.hypot(...[0, 1, 2].map((k) => toolpaths.at(i, k) - place.getComponent(k)));
+      if (distance < best) { best = distance; time = toolpaths.time[i]; }
+    }
+    return time;
   }
   function checkButton(check) {
     const places = check.places.length;
@@ -1010,6 +1251,7 @@
       }
       box.append(el('div', {}, title), strip, el('div', {class: 'ends'}, el('span', {}, from), el('span', {}, to)));
     };
+    if (!scene.inspect && parts.model && state.axis !== 'off' && state.show.model) swatch('#b4b9bf', 'where the cut goes through the part');
     const s = state.show, byPath = (s.model_paths || s.support_paths) && state.colour !== 'material';
     if (!byPath && (s.model || s.model_layers || s.model_paths)) swatch(kModel, 'part');
     if (!byPath && (s.support_layers || s.support_paths || s.struts)) swatch(kSupport, 'support');
@@ -1017,32 +1259,34 @@
     if (scene.inspect && (parts.bad || parts.bad_lines)) swatch(kOverhang, 'bad elements');
     if (s.marks && parts.marks) swatch(kMark, scene.inspect ? 'places of problems' : 'failed checks');
     if (s.travel && travels) swatch(kTravel, 'travel');
-    if (nozzle && (s.model_paths || s.support_paths)) swatch(kNozzle, 'nozzle, while the print plays');
+    if (nozzle && nozzle.visible) swatch(kNozzle, 'nozzle');
     if (s.skeleton && skeleton) scale('branches carried (logarithmic)', '1', String(skeleton.most));
     if (byPath) {
       const range = toolpaths.ranges[state.colour];
       const unit = {height: 'mm', tilt: '°', speed: 'mm/s'}[state.colour];
       const text = (v) => state.colour === 'order' ? clockText(v) : `${short(v)} ${unit}`;
+      const beyond = state.colour === 'height';
       scale({height: 'bead height', tilt: 'nozzle tilt from vertical', speed: 'speed of the nozzle', order: 'time of the print'}[state.colour],
-        text(range[0]), text(range[1]));
+        (beyond ? '≤ ' : '') + text(range[0]), (beyond ? '≥ ' : '') + text(range[1]));
     }
   }
 
   // ---------------------------------------------------------------- keys and buttons
+  const kHome = [-0.9, 0.42];
   const kViews = {front: [-Math.PI / 2, 0.02], side: [0, 0.02], top: [-Math.PI / 2, 1.5706], below: [-Math.PI / 2, -0.9]};
   function picture() {
     draw(0, false);
     const link = el('a', {href: canvas.toDataURL('image/png'), download: (scene.title || 'preview').replace(/[^\w.-]+/g, '_') + '.png'});
     link.click();
   }
-  $('home').onclick = () => flyTo(fitted(-0.9, 0.42));
+  $('home').onclick = () => flyTo(fitted(...kHome));
   for (const name of Object.keys(kViews)) $(name).onclick = () => flyTo(fitted(...kViews[name]));
   $('shot').onclick = picture;
   $('help').onclick = () => { $('keys').hidden = !$('keys').hidden; };
   const kKeys = [['drag', 'turn'], ['right drag, Shift drag, two fingers', 'move'], ['wheel, pinch', 'zoom'], ['H', 'show everything'],
     ['1 2 3 4', 'front, side, above, below'], ['↑ ↓', 'one layer up, down'], ['O', 'only this layer'], ['Space', 'play the print'],
     ['← →', 'back, forward in the print'], ['C', 'next colour'], ['X', 'cut open, next direction'], ['F', 'fly to the next failed check'],
-    ['P', 'save a picture'], ['R', 'report'], ['?', 'this list']];
+    ['P', 'save a picture'], ['R', 'report'], ['? Esc', 'this list, close it']];
   const failedPlaces = checks.filter((c) => (!c.ok || scene.inspect) && c.places.length);
   let failedNext = 0;
   document.addEventListener('keydown', (event) => {
@@ -1050,10 +1294,8 @@
     const range = event.target.type === 'range', key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const step = (direction) => {
       if (!toolpaths) return;
-      state.time = Math.min(Math.max(state.time + direction * paths.end_s / 500, 0), paths.end_s);
-      controls.time.value = state.time / paths.end_s;
       if (!(state.show.model_paths || state.show.support_paths)) preset('paths');
-      moved();
+      controls.setTime(state.time + direction * paths.end_s / 500);
     };
     const cycle = (select, values) => {
       select.value = values[(values.indexOf(select.value) + 1) % values.length];
@@ -1065,7 +1307,7 @@
       ArrowRight: () => step(1), ArrowLeft: () => step(-1), o: () => controls.toggleOnly && controls.toggleOnly(), ' ': () => togglePlay(!state.playing),
       c: () => controls.colour && cycle(controls.colour, Object.keys(kColours)), x: () => cycle(controls.axis, ['off', 'x', 'y', 'z']),
       f: () => { if (failedPlaces.length) visit(failedPlaces[failedNext++ % failedPlaces.length]); },
-      p: picture, r: () => tab($('report').hidden), '?': () => $('help').click(),
+      p: picture, r: () => tab($('report').hidden), '?': () => $('help').click(), Escape: () => { $('keys').hidden = true; },
     };
     if (!actions[key] || (range && key.startsWith('Arrow')) || (event.target.tagName === 'BUTTON' && key === ' ')) return;
     event.preventDefault();
@@ -1097,7 +1339,7 @@
   buildPanel();
   window.curvesupReport.build($('report'), scene, {el, short, clockText});
   if (scene.inspect) { state.show.overhang = false; refresh(); } else preset('part');
-  Object.assign(view, fitted(-0.9, 0.42));
+  Object.assign(view, fitted(...kHome));
   window.addEventListener('resize', wake);
   new ResizeObserver(wake).observe($('stage'));
   wake();
@@ -1106,8 +1348,9 @@
   window.curvesup = {
     ready: true, loadMilliseconds: performance.now() - begun, state, adapt,
     fewTriangles, fewChains,
+    pathTimes: (path) => [toolpaths.times[2 * path], toolpaths.times[2 * path + 1]],
     camera: () => ({target: view.target.toArray(), distance: view.distance}),
-    still: () => !awake && drawnStill && !flight,
+    still: () => !awake && drawnStill && !flight && missing.length === 0,
     averageFrame: () => averageFrame,
     triangles: () => (renderer ? renderer.info.render.triangles : 0),
   };

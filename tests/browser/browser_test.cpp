@@ -16,7 +16,10 @@
 namespace curvesup {
 namespace {
 
-// Squares of side 2 r around the axis through (x, y), one a millimetre from z = 0.5 up.
+constexpr int kBelow = 3;
+
+// Squares of side 2 r around the axis through (x, y), one a millimetre from z = 0.5 up; the numbers of layers begin below 0,
+// as those of support do.
 LayerStack square_layers(double x, double y, double r, int count, Material material) {
   LayerStack stack;
   stack.count = count;
@@ -24,7 +27,7 @@ LayerStack square_layers(double x, double y, double r, int count, Material mater
     const auto first = static_cast<Index>(stack.vertices.size());
     for (const auto& [u, v] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) stack.vertices.emplace_back(x + r * u, y + r * v, k + 0.5);
     Sheet sheet;
-    sheet.layer = k;
+    sheet.layer = k - kBelow;
     sheet.material = material;
     sheet.first_triangle = static_cast<Index>(stack.triangles.size());
     sheet.triangle_count = 2;
@@ -50,7 +53,7 @@ std::string block_page() {
   Toolpaths toolpaths;
   for (int k = 0; k < 12; ++k) shapes::add_ring(toolpaths, Vec3(centre.x(), centre.y(), k + 0.5), 8.0, 0.03 * k, k, 90);
   const std::vector<Check> checks = {check_at_most("motion.collisions", 1, 0), check_at_most("emit.volume", 0, 1)};
-  const std::vector<PreviewMark> marks = {{"motion.collisions", Vec3(centre.x(), centre.y(), 12.0), "path 7"}};
+  const std::vector<PreviewMark> marks = {{"motion.collisions", Vec3(centre.x(), centre.y(), 12.0), "path 7", 7}};
   const std::vector<Plot> plots = make_plots({.toolpaths = &toolpaths});
   PreviewInput input;
   input.model = &block.model;

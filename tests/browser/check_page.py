@@ -50,12 +50,14 @@ def check_slider(browser, before):
     browser.run("document.getElementById('preset-layers').click()")
     layers = canvas(browser)
     expect(different_pixels(before, layers) > 0.005, "layers look like the part")
-    last = browser.run("return Number(document.getElementById('layer').max)")
+    first, last = browser.run("const l = document.getElementById('layer'); return [Number(l.min), Number(l.max)]")
+    expect(first == -3, f"the first layer of support is {first}, not -3")
     browser.slide("#layer", last // 2)
     half = canvas(browser)
     expect(different_pixels(layers, half) > 0.005, "the layer slider changes nothing")
     browser.run("document.getElementById('only').click()")
-    expect(different_pixels(half, canvas(browser)) > 0.002, "showing only one layer changes nothing")
+    only, orange = canvas(browser), lambda r, g, b: r > b + 60
+    expect(0 < share(only, orange) < 0.4 * share(half, orange), "showing only one layer does not hide the others")
     browser.run("document.getElementById('only').click()")
     browser.slide("#layer", last)
 
@@ -74,7 +76,11 @@ def check_print(browser):
     browser.run("const c = document.getElementById('colour'); c.value = 'order'; c.dispatchEvent(new Event('change'))")
     expect(different_pixels(whole, canvas(browser)) > 0.005, "another colouring changes nothing")
     browser.run("document.getElementById('preset-tree').click()")
-    expect(different_pixels(whole, canvas(browser)) > 0.005, "the tree looks like the toolpaths")
+    tree = canvas(browser)
+    expect(different_pixels(whole, tree) > 0.005, "the tree looks like the toolpaths")
+    expect(share(tree, lambda r, g, b: b < 0.75 * r) < 0.3 and share(tree, lambda r, g, b: max(r, g, b) < 140) > 0.0005, "the tree is not to be seen")
+    browser.run("document.getElementById('preset-overhang').click()")
+    expect(share(canvas(browser), lambda r, g, b: r > 2 * g) > 0.005, "the overhang is not to be seen from below")
     browser.run("document.getElementById('preset-part').click()")
 
 
@@ -96,7 +102,11 @@ def check_flight(browser):
     expect(math.dist(after["target"], place) < 0.01, f"a click on a failed check looks at {after['target']}, not at {place}")
     expect(after["distance"] < before["distance"], "a click on a failed check does not come nearer")
     expect(browser.run("return document.getElementById('note').textContent") != "", "the place of a failed check has no text")
-    browser.run("document.getElementById('home').click()")
+    state = browser.run("return {time: window.curvesup.state.time, paths: window.curvesup.state.show.model_paths}")
+    times = browser.run("return window.curvesup.pathTimes(7)")
+    expect(state["paths"] and times[0] <= state["time"] <= times[1], f"a collision on path 7, laid from {times[0]} s to {times[1]} s, shows the print at {state['time']} s")
+    browser.slide("#time", 1)
+    browser.run("document.getElementById('preset-part').click(); document.getElementById('home').click()")
     browser.settle()
 
 
@@ -152,6 +162,7 @@ def main(page, stored, actual):
         browser.open(page)
         browser.wait("window.curvesup && window.curvesup.ready")
         bare(browser, True)
+        browser.run("document.getElementById('home').click()")
         first = check_drawing(browser)
         with open(actual, "wb") as file:
             file.write(browser.picture(WIDTH, HEIGHT, 0.5))

@@ -23,7 +23,8 @@ namespace curvesup {
 struct PreviewMark {
   std::string check;  // Check::name
   Vec3 position = Vec3::Zero();
-  std::string text;  // what is the matter there
+  std::string text;    // what is the matter there
+  Index path = kNone;  // of the toolpaths: the print is shown as it stands when this path is laid
 };
 
 struct PreviewFile {
