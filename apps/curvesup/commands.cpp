@@ -167,6 +167,9 @@ int run_inspect(const Arguments& arguments) {
 
 int run_check(const Arguments& arguments) {
   const fs::path folder(arguments.out);
+  if (!fs::exists(folder / "config.resolved.json")) {
+    throw Error(ErrorKind::usage, folder.string(), "is no output folder of slice", "name the folder that slice wrote");
+  }
   const Json config = read_config(folder / "config.resolved.json").values;
   CheckOutputResult result;
   {

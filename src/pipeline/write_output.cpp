@@ -102,12 +102,12 @@ namespace {
 std::vector<PreviewMark> certificate_marks(const SliceState& state) {
   std::vector<PreviewMark> marks;
   for (const auto& piece : state.certificate.floating) {
-    marks.push_back({"certificate.floating_pieces", piece.centroid, format("layer %d: %.2f mm2 rest on nothing", piece.layer, piece.area_mm2)});
+    marks.push_back({"certificate.floating_pieces", piece.centroid, format("layer %d: %.2f mm2 rest on nothing", piece.layer, piece.area_mm2), kNone, piece.layer});
   }
   const ToolpathCertificate& paths = state.toolpath_certificate;
   const auto mark = [&](const char* check, const ToolpathCertificate::PlaceOnLayer& place, const char* what) {
     const char* material = place.material == Material::model ? "part" : "support";
-    marks.push_back({check, place.position, format("layer %d of the %s: %s", place.layer, material, what)});
+    marks.push_back({check, place.position, format("layer %d of the %s: %s", place.layer, material, what), kNone, place.layer});
   };
   for (const auto& place : paths.uncovered) mark("certificate.toolpath_coverage", place, "no bead here");
   for (const auto& place : paths.leaving) mark("certificate.toolpath_segments_on_layer", place, "a line leaves the layer");

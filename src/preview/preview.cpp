@@ -319,6 +319,7 @@ void add_texts(const PreviewInput& input, const PreviewOptions& options, Scene& 
       if (mark.check != check.name) continue;
       places.push_back({{"at", numbers(mark.position)}, {"text", mark.text}});
       if (mark.path != kNone) places.back()["path"] = mark.path;
+      if (mark.layer) places.back()["layer"] = *mark.layer;
     }
     checks.push_back({{"name", check.name}, {"ok", check.ok}, {"value", check.value}, {"limit", check.limit},
                       {"detail", check.detail}, {"places", places}});
@@ -408,7 +409,7 @@ std::vector<PreviewMark> marks_of(const ToolpathReport& report) {
   for (const UnprintedPiece& piece : report.unprinted) {
     marks.push_back({"toolpath.pieces_without_path", piece.position,
                      format("layer %d: %.3f mm2 of %s without a path", piece.layer, piece.area_mm2,
-                            piece.material == Material::model ? "model" : "support")});
+                            piece.material == Material::model ? "model" : "support"), kNone, piece.layer});
   }
   return marks;
 }

@@ -70,6 +70,12 @@ window.curvesupReport = (function () {
     return check.ok ? text : `Wanted: ${text[0].toLowerCase()}${text.slice(1)}`;
   }
 
+  // The limit with the side on which the value has to be, where value and verdict tell it.
+  function limitText(check, short) {
+    const side = check.severity || check.limit === 0 || check.value === check.limit ? '' : (check.value < check.limit) === check.ok ? '≤ ' : '≥ ';
+    return side + short(check.limit);
+  }
+
   const kSections = {
     input: ['Input', 'The file that was sliced.'],
     mesh: ['Mesh', 'The mesh as it came from its file.'],
@@ -154,7 +160,7 @@ window.curvesupReport = (function () {
   }
 
   function sectionTable(name, section, tools) {
-    const {el} = tools, table = el('table');
+    const {el} = tools, table = el('table', {class: 'numbers'});
     const sentence = (key) => kKeys[`${name}.${key}`] || kKeys[key] || '';
     for (const [key, value] of Object.entries(section)) {
       if (Array.isArray(value) && value.length > 6) {
@@ -195,10 +201,10 @@ window.curvesupReport = (function () {
     const ordered = [...scene.checks].sort((a, b) => Number(a.ok) - Number(b.ok));
     for (const check of ordered) {
       const text = scene.inspect ? check.detail : sentence(check);
-      const extra = !scene.inspect && kMeaning[check.name] && check.detail ? el('details', {}, el('summary', {}, check.ok ? 'how it was measured' : 'what was measured'), check.detail) : null;
+      const extra = !scene.inspect && kMeaning[check.name] && check.detail ? el('details', {open: !check.ok}, el('summary', {}, check.ok ? 'how it was measured' : 'what was measured'), check.detail) : null;
       table.append(el('tr', {},
-        el('td', {}, el('span', {class: 'pill ' + (check.ok ? 'good-back' : 'bad-back')}, scene.inspect ? check.severity : check.ok ? 'passed' : 'failed')),
-        nameCell(check.name, tools), el('td', {class: 'number'}, short(check.value)), el('td', {class: 'number'}, short(check.limit)),
+        el('td', {}, el('span', {class: `pill ${check.severity === 'note' ? 'note-back' : check.severity === 'mended' ? 'mended-back' : check.ok ? 'good-back' : 'bad-back'}`}, scene.inspect ? check.severity : check.ok ? 'passed' : 'failed')),
+        nameCell(check.name, tools), el('td', {class: 'number'}, short(check.value)), el('td', {class: 'number'}, limitText(check, short)),
         el('td', {class: 'meaning'}, text, extra)));
     }
     return table;
@@ -210,7 +216,13 @@ window.curvesupReport = (function () {
 
   function build(root, scene, tools) {
     const {el} = tools, report = scene.report || {};
-    const head = (text) => root.append(el('h2', {}, text));
+    const contents = el('p', {class: 'contents'});
+    root.append(contents);
+    const head = (text) => {
+      const heading = el('h2', {}, text);
+      root.append(heading);
+      contents.append(el('button', {onclick: () => heading.scrollIntoView()}, text.split(':')[0]));
+    };
     const top = tiles(report, tools);
     if (top) { head('In short'); root.append(top); }
     if (scene.checks && scene.checks.length) {
@@ -233,7 +245,7 @@ window.curvesupReport = (function () {
     }
     if (scene.files && scene.files.length) {
       head('Files');
-      const table = el('table');
+      const table = el('table', {class: 'numbers'});
       const shown = scene.files.length > 200 ? scene.files.slice(0, 200) : scene.files;
       for (const file of shown) {
         table.append(el('tr', {}, nameCell(file.path, tools), el('td', {class: 'number'}, bytesText(file.bytes)), el('td', {class: 'meaning'}, file.what)));
@@ -249,5 +261,5 @@ window.curvesupReport = (function () {
     if (report.program) root.append(el('p', {class: 'hint'}, `${report.program.name} ${report.program.version}`));
   }
 
-  return {build, sentence};
+  return {build, sentence, limitText};
 })();

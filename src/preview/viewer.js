@@ -40,7 +40,7 @@
     return node;
   }
   function clockText(seconds) {
-    const s = Math.round(seconds), h = Math.floor(s / 3600), m = Math.floor(s / 60) % 60;
+    const s = seconds < 3600 ? Math.round(seconds) : 60 * Math.round(seconds / 60), h = Math.floor(s / 3600), m = Math.floor(s / 60) % 60;
     const two = (n) => String(n).padStart(2, '0');
     return h > 0 ? `${h} h ${two(m)} min` : m > 0 ? `${m} min ${two(s % 60)} s` : `${s} s`;
   }
@@ -1183,6 +1183,9 @@
     if (then) {
       preset('paths');
       controls.setTime(timeAt(place.path, target));
+    } else if (place.layer !== undefined && (layers.model || layers.support)) {
+      preset('layers');
+      controls.setLayer(place.layer);
     } else {
       refresh();
     }
@@ -1201,14 +1204,16 @@
   function checkButton(check) {
     const places = check.places.length;
     const where = places ? ` Click: fly to ${places > 1 ? `the next of ${places} places` : 'the place'}.` : '';
-    return el('button', {class: 'check' + (check.ok ? '' : ' bad') + (check.severity === 'mended' ? ' mended' : ''), 'data-check': check.name,
+    return el('button', {class: 'check' + (check.ok ? '' : ' bad') + (check.severity ? ' ' + check.severity : ''), 'data-check': check.name,
       onclick: () => visit(check)},
       scene.inspect ? `${check.name}: ${check.value} (${check.severity})` : check.name,
-      el('small', {}, (scene.inspect ? check.detail : `${short(check.value)}, limit ${short(check.limit)}. ${window.curvesupReport.sentence(check)}`) + where));
+      el('small', {}, (scene.inspect ? check.detail : `${short(check.value)}, limit ${window.curvesupReport.limitText(check, short)}. ${window.curvesupReport.sentence(check)}`) + where));
   }
   function checkSection() {
     const failed = checks.filter((c) => !c.ok), passed = checks.filter((c) => c.ok);
     if (scene.inspect) {
+      const rank = (c) => ['refused', 'mended', 'note'].indexOf(c.severity);
+      checks.sort((a, b) => rank(a) - rank(b));
       return [el('h2', {}, 'Problems of this mesh'), checks.length ? null : el('div', {class: 'hint'}, 'None was found.'), ...checks.map(checkButton)];
     }
     if (!checks.length) return [];

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@ struct PreviewMark {
   Vec3 position = Vec3::Zero();
   std::string text;    // what is the matter there
   Index path = kNone;  // of the toolpaths: the print is shown as it stands when this path is laid
+  std::optional<Index> layer = {};  // or: the layers are shown up to this one
 };
 
 struct PreviewFile {
