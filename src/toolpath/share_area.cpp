@@ -12,40 +12,58 @@
 namespace curvesup::toolpath {
 namespace {
 
-constexpr double kSample = 0.3;          // mm
+constexpr double kSample = 0.4;          // mm
 constexpr double kIrregularRise = 1.3;   // widths below the medial line
 constexpr double kSmallPiece = 16.0;     // squared widths: irregular as a whole
 constexpr double kStretch = 1.5;         // widths
 constexpr double kShortest = 0.75;       // widths
 constexpr double kReach = 0.8;           // widths: no place is farther from the track that it belongs to
 constexpr Index kAdjoining = 4;          // segments along a track
-constexpr double kCell = 0.6;            // widths
-constexpr float kSameSide = 0.5F;       // cosine between the normals of a place and of a track that may fill it
+constexpr double kCell = 0.9;            // widths
+constexpr double kSameSide = 0.5;       // cosine between the normals of a place and of a track that may fill it
 
 struct Segment {
   Vec3 from, along;  // along: to the other end
   Vec3 normal;
   double squared_length = 0.0;
   Index stretch = kNone;  // kNone where the width is regular
-};
 
-// What a search reads of a segment, packed.
-struct Candidate {
-  Index segment = kNone;
-  Eigen::Vector3f from, along, normal;
-  float inverse_squared_length = 0.0F;
-
-  [[nodiscard, gnu::always_inline]] inline float squared_distance(const Eigen::Vector3f& place) const {
-    const Eigen::Vector3f out = place - from;
-    const float part = std::clamp(out.dot(along) * inverse_squared_length, 0.0F, 1.0F);
+  [[nodiscard]] double squared_distance(const Vec3& place) const {
+    const Vec3 out = place - from;
+    const double part = squared_length > 0.0 ? std::clamp(out.dot(along) / squared_length, 0.0, 1.0) : 0.0;
     return (out - part * along).squaredNorm();
   }
 };
 
-Candidate pack(const Segment& s, Index id) {
-  const float inverse = s.squared_length > 0.0 ? static_cast<float>(1.0 / s.squared_length) : 0.0F;
-  return {id, s.from.cast<float>(), s.along.cast<float>(), s.normal.cast<float>(), inverse};
-}
+using Point = Eigen::Vector3f;
+
+// What a search reads of four segments, packed.
+struct Pack {
+  using Four = Eigen::Array4f;
+  std::array<Four, 3> from, along;
+  Four inverse_squared_length;
+
+  void set(int lane, const Segment& s) {
+    for (int i = 0; i < 3; ++i) {
+      from[i][lane] = static_cast<float>(s.from[i]);
+      along[i][lane] = static_cast<float>(s.along[i]);
+    }
+    inverse_squared_length[lane] = s.squared_length > 0.0 ? static_cast<float>(1.0 / s.squared_length) : 0.0F;
+  }
+  [[nodiscard]] Four squared_distance(const Point& place) const {
+    const Four x = place.x() - from[0], y = place.y() - from[1], z = place.z() - from[2];
+    const Four part = ((x * along[0] + y * along[1] + z * along[2]) * inverse_squared_length).max(0.0F).min(1.0F);
+    const Four dx = x - part * along[0], dy = y - part * along[1], dz = z - part * along[2];
+    return dx * dx + dy * dy + dz * dz;
+  }
+};
+constexpr int kLanes = 4;
+
+// Segments that may be nearest to a place, four by four; the last ones may be doubles of the first.
+struct Candidates {
+  std::span<const Pack> packs;
+  std::span<const Index> segments;
+};
 
 struct Stretch {
   double length = 0.0, area = 0.0;
@@ -69,7 +87,7 @@ class NearSegments {
     for (std::size_t i = 0; i < size; ++i) coarse_[i + 1] += coarse_[i];
     entries_.resize(coarse_[size]);
     std::vector<Index> fill(coarse_.begin(), coarse_.end() - 1);
-    for_segment_cells([&](Index s, std::uint64_t key) { entries_[fill[slot(key, size)]++] = {key, pack(segments_[s], s)}; });
+    for_segment_cells([&](Index s, std::uint64_t key) { entries_[fill[slot(key, size)]++] = {key, s}; });
     fine_.assign(4 * size, kNone);
     flag_irregular_cells();
   }
@@ -82,10 +100,10 @@ class NearSegments {
   }
 
   // Empty where none of them lies on a stretch.
-  std::span<const Candidate> around(const Vec3& place) {
+  Candidates around(const Vec3& place) {
     const std::uint64_t key = key_of(index(place.x(), cell_), index(place.y(), cell_), index(place.z(), cell_));
-    if (!irregular_[slot(key, irregular_.size())]) return {};
     if (key == last_key_) return list(last_);
+    if (!irregular_[slot(key, irregular_.size())]) return {};
     last_key_ = key;
     last_ = fine_[slot(key, fine_.size())];
     while (last_ != kNone && cells_[last_].key != key) last_ = cells_[last_].next;
@@ -96,28 +114,30 @@ class NearSegments {
  private:
   struct Entry {
     std::uint64_t key;
-    Candidate candidate;
+    Index segment;
   };
   struct Cell {
     std::uint64_t key;
-    Index first, count, next;
+    Index first, count, next;  // packs
   };
   static std::uint64_t index(double x, double cell) {
-    constexpr std::int64_t kOrigin = 1 << 20;
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / cell)) + kOrigin);
+    constexpr double kOrigin = 1 << 20;
+    return static_cast<std::uint64_t>(x / cell + kOrigin);
   }
   static std::uint64_t key_of(std::uint64_t x, std::uint64_t y, std::uint64_t z) { return (x << 42) | (y << 21) | z; }
   static std::size_t slot(std::uint64_t key, std::size_t size) { return ((key ^ key >> 32) * 0x9e3779b97f4a7c15ULL >> 32) & (size - 1); }
   template <class Visit>
   static void for_cells(const Vec3& low, const Vec3& high, double cell, const Visit& visit) {
-    for (std::uint64_t x = index(low.x(), cell); x <= index(high.x(), cell); ++x) {
-      for (std::uint64_t y = index(low.y(), cell); y <= index(high.y(), cell); ++y) {
-        for (std::uint64_t z = index(low.z(), cell); z <= index(high.z(), cell); ++z) visit(key_of(x, y, z));
+    const std::uint64_t last_x = index(high.x(), cell), last_y = index(high.y(), cell), last_z = index(high.z(), cell);
+    for (std::uint64_t x = index(low.x(), cell); x <= last_x; ++x) {
+      for (std::uint64_t y = index(low.y(), cell); y <= last_y; ++y) {
+        for (std::uint64_t z = index(low.z(), cell); z <= last_z; ++z) visit(key_of(x, y, z));
       }
     }
   }
-  [[nodiscard]] std::span<const Candidate> list(Index cell) const {
-    return {lists_.data() + cells_[cell].first, static_cast<std::size_t>(cells_[cell].count)};
+  [[nodiscard]] Candidates list(Index cell) const {
+    const std::size_t first = cells_[cell].first, count = cells_[cell].count;
+    return {{packs_.data() + first, count}, {listed_.data() + kLanes * first, kLanes * count}};
   }
 
   // One flag for all cells of one slot: a few places more are sampled than need be.
@@ -135,30 +155,33 @@ class NearSegments {
   Index add_cell(std::uint64_t key, const Vec3& place) {
     const auto middle = [&](double x) { return (std::floor(x / cell_) + 0.5) * cell_; };
     const Vec3 centre(middle(place.x()), middle(place.y()), middle(place.z()));
-    const Eigen::Vector3f at = centre.cast<float>();
-    const float diagonal = static_cast<float>(std::sqrt(3.0) * cell_);
+    const double diagonal = std::sqrt(3.0) * cell_;
     found_.clear();
-    float least = static_cast<float>(search_), limit = (least + diagonal) * (least + diagonal);
+    double least = search_, limit = (least + diagonal) * (least + diagonal);
     for_cells(centre - Vec3::Constant(search_), centre + Vec3::Constant(search_), search_, [&](std::uint64_t coarse) {
       const std::size_t slot_of = slot(coarse, coarse_.size() - 1);
       for (Index e = coarse_[slot_of]; e < coarse_[slot_of + 1]; ++e) {
         if (entries_[e].key != coarse) continue;
-        const float squared = entries_[e].candidate.squared_distance(at);
+        const double squared = segments_[entries_[e].segment].squared_distance(centre);
         if (squared > limit) continue;
         if (squared < least * least) least = std::sqrt(squared), limit = (least + diagonal) * (least + diagonal);
-        found_.push_back({e, squared});
+        found_.push_back({entries_[e].segment, squared});
       }
     });
-    const Index first = static_cast<Index>(lists_.size());
+    const Index first = static_cast<Index>(packs_.size());
     bool on_stretch = false;
-    for (const auto& [e, squared] : found_) {
+    const std::size_t begin = listed_.size();
+    for (const auto& [segment, squared] : found_) {
       if (squared > limit) continue;
-      lists_.push_back(entries_[e].candidate);
-      on_stretch = on_stretch || segments_[lists_.back().segment].stretch != kNone;
+      listed_.push_back(segment);
+      on_stretch = on_stretch || segments_[segment].stretch != kNone;
     }
-    if (!on_stretch) lists_.resize(first);
+    if (!on_stretch) listed_.resize(begin);
+    while (listed_.size() % kLanes != 0) listed_.push_back(listed_[begin]);
+    packs_.resize(listed_.size() / kLanes);
+    for (std::size_t i = begin; i < listed_.size(); ++i) packs_[i / kLanes].set(i % kLanes, segments_[listed_[i]]);
     Index& head = fine_[slot(key, fine_.size())];
-    cells_.push_back({key, first, static_cast<Index>(lists_.size()) - first, head});
+    cells_.push_back({key, first, static_cast<Index>(packs_.size()) - first, head});
     head = static_cast<Index>(cells_.size()) - 1;
     return head;
   }
@@ -166,11 +189,12 @@ class NearSegments {
   const std::vector<Segment>& segments_;
   double cell_, reach_, search_;
   std::vector<Index> coarse_, fine_;
-  std::vector<Candidate> lists_;
+  std::vector<Pack> packs_;
+  std::vector<Index> listed_;  // the segments of the packs
   std::vector<Entry> entries_;
   std::vector<Cell> cells_;
   std::vector<char> irregular_;
-  std::vector<std::pair<Index, float>> found_;  // entries and squared distances
+  std::vector<std::pair<Index, double>> found_;  // segments and squared distances
   std::uint64_t last_key_ = ~0ULL;
   Index last_ = kNone;
 };
@@ -187,8 +211,8 @@ void for_samples(const std::array<Vec3, 3>& corner, const Visit& visit) {
   const Vec3 &a = corner[longest], &b = corner[next3(longest)], &apex = corner[prev3(longest)];
   const double area = triangle_area(a, b, apex);
   if (area <= 0.0) return;
-  const int slices = static_cast<int>(std::ceil(length / kSample));
-  const int strips = static_cast<int>(std::ceil(2.0 * area / length / kSample));
+  const int slices = std::max(1, static_cast<int>(length / kSample + 0.5));
+  const int strips = std::max(1, static_cast<int>(2.0 * area / length / kSample + 0.5));
   for (int j = 0; j < strips; ++j) {
     const double low = static_cast<double>(j) / strips, high = static_cast<double>(j + 1) / strips;
     const double part = 2.0 / 3.0 * (high * high + high * low + low * low) / (high + low);  // centroid of the strip
@@ -250,18 +274,22 @@ class AreaShares {
       const auto& [i, j, k] = mesh_.triangles[t];
       const Vec3 &a = mesh_.vertices[i], &b = mesh_.vertices[j], &c = mesh_.vertices[k];
       if (!near.near_stretch(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c))) continue;
-      const Eigen::Vector3f normal = (mesh_.normals[i] + mesh_.normals[j] + mesh_.normals[k]).normalized().cast<float>();
-      for_samples({a, b, c}, [&](const Vec3& place, double area) {
-        share_out(near.around(place), place.cast<float>(), normal, area);
-      });
+      const Vec3 normal = (mesh_.normals[i] + mesh_.normals[j] + mesh_.normals[k]).normalized();
+      for_samples({a, b, c}, [&](const Vec3& place, double area) { share_out(near.around(place), place, normal, area); });
     }
   }
 
   // A sample that lies across the line between two tracks is shared by both.
-  void share_out(std::span<const Candidate> candidates, const Eigen::Vector3f& place, const Eigen::Vector3f& normal, double area) {
-    const auto [first, distance] = nearest_of(candidates, place, normal, kNone);
+  void share_out(const Candidates& candidates, const Vec3& place, const Vec3& normal, double area) {
+    if (candidates.packs.empty()) return;
+    const Point at = place.cast<float>();
+    squared_.resize(candidates.segments.size());
+    for (std::size_t i = 0; i < candidates.packs.size(); ++i) {
+      Eigen::Map<Pack::Four>(squared_.data() + kLanes * i) = candidates.packs[i].squared_distance(at);
+    }
+    const auto [first, distance] = nearest_of(candidates, normal, kNone);
     if (first == kNone) return;
-    const auto [second, other_distance] = nearest_of(candidates, place, normal, first);
+    const auto [second, other_distance] = nearest_of(candidates, normal, first);
     const double part = std::min(1.0, 0.5 + 0.5 * (other_distance - distance) / std::sqrt(area));
     give(first, part * area);
     if (part < 1.0) give(second, (1.0 - part) * area);
@@ -272,16 +300,16 @@ class AreaShares {
   }
 
   // The nearest segment and its distance; of the others that do not adjoin `but`, if one is given.
-  [[nodiscard]] static std::pair<Index, double> nearest_of(std::span<const Candidate> candidates, const Eigen::Vector3f& place,
-                                                           const Eigen::Vector3f& normal, Index but) {
+  [[nodiscard]] std::pair<Index, double> nearest_of(const Candidates& candidates, const Vec3& normal, Index but) const {
     Index best = kNone;
     float least = std::numeric_limits<float>::max();
-    for (const Candidate& c : candidates) {
-      if (but != kNone && std::abs(c.segment - but) <= kAdjoining) continue;
-      const float squared = c.squared_distance(place);
-      if (squared > least || (squared == least && c.segment > best)) continue;
-      if (c.normal.dot(normal) < kSameSide) continue;
-      least = squared, best = c.segment;
+    for (std::size_t i = 0; i < squared_.size(); ++i) {
+      if (squared_[i] > least) continue;
+      const Index segment = candidates.segments[i];
+      if (but != kNone && std::abs(segment - but) <= kAdjoining) continue;
+      if (squared_[i] == least && segment > best) continue;
+      if (segments_[segment].normal.dot(normal) < kSameSide) continue;
+      least = squared_[i], best = segment;
     }
     return {best, std::sqrt(least)};
   }
@@ -326,6 +354,7 @@ class AreaShares {
   std::vector<Segment> segments_;  // of all tracks, in their order
   std::vector<Stretch> stretches_;
   std::vector<char> idle_;  // by track
+  std::vector<float> squared_;  // distances of a place from its candidates
 };
 
 }  // namespace
