@@ -12,14 +12,16 @@
 namespace curvesup::toolpath {
 namespace {
 
-constexpr double kSample = 0.4;          // mm
+constexpr double kLarge = 0.75;          // widths: edges of triangles whose corners are not trusted
+constexpr double kSmall = 0.375;         // widths: edges of triangles that are not cut where three tracks meet
 constexpr double kIrregularRise = 1.3;   // widths below the medial line
 constexpr double kSmallPiece = 16.0;     // squared widths: irregular as a whole
 constexpr double kStretch = 1.5;         // widths
 constexpr double kShortest = 0.75;       // widths
 constexpr double kReach = 0.8;           // widths: no place is farther from the track that it belongs to
 constexpr Index kAdjoining = 4;          // segments along a track
-constexpr double kCell = 0.9;            // widths
+constexpr double kCell = 2.0;            // widths: of places that share a list of segments
+constexpr double kFlagCell = 0.6;        // widths: of places near a stretch
 constexpr double kSameSide = 0.5;       // cosine between the normals of a place and of a track that may fill it
 
 struct Segment {
@@ -27,6 +29,7 @@ struct Segment {
   Vec3 normal;
   double squared_length = 0.0;
   Index stretch = kNone;  // kNone where the width is regular
+  Index track = kNone;
 
   [[nodiscard]] double squared_distance(const Vec3& place) const {
     const Vec3 out = place - from;
@@ -72,8 +75,9 @@ struct Stretch {
 // The segments that may be nearest to a place, by the cells of a cubic grid; each cell's list is made when first asked for.
 class NearSegments {
  public:
-  NearSegments(const std::vector<Segment>& segments, double cell, double reach)
-      : segments_(segments), cell_(cell), reach_(reach), search_(reach + 0.5 * std::sqrt(3.0) * cell) {
+  NearSegments(const std::vector<Segment>& segments, double width)
+      : segments_(segments), cell_(kCell * width), flag_cell_(kFlagCell * width), reach_(kReach * width),
+        search_(reach_ + 0.5 * std::sqrt(3.0) * cell_) {
     std::size_t size = 256;
     while (size < segments.size()) size *= 2;
     coarse_.assign(size + 1, 0);
@@ -88,22 +92,20 @@ class NearSegments {
     entries_.resize(coarse_[size]);
     std::vector<Index> fill(coarse_.begin(), coarse_.end() - 1);
     for_segment_cells([&](Index s, std::uint64_t key) { entries_[fill[slot(key, size)]++] = {key, s}; });
-    fine_.assign(4 * size, kNone);
+    fine_.assign(2 * size, kNone);
     flag_irregular_cells();
   }
 
   // False only where every place of the box is farther than the reach from any segment of a stretch.
   [[nodiscard]] bool near_stretch(const Vec3& low, const Vec3& high) const {
     bool found = false;
-    for_cells(low, high, cell_, [&](std::uint64_t key) { found = found || irregular_[slot(key, irregular_.size())]; });
+    for_cells(low, high, flag_cell_, [&](std::uint64_t key) { found = found || irregular_[slot(key, irregular_.size())]; });
     return found;
   }
 
-  // Empty where none of them lies on a stretch.
   Candidates around(const Vec3& place) {
     const std::uint64_t key = key_of(index(place.x(), cell_), index(place.y(), cell_), index(place.z(), cell_));
     if (key == last_key_) return list(last_);
-    if (!irregular_[slot(key, irregular_.size())]) return {};
     last_key_ = key;
     last_ = fine_[slot(key, fine_.size())];
     while (last_ != kNone && cells_[last_].key != key) last_ = cells_[last_].next;
@@ -142,12 +144,12 @@ class NearSegments {
 
   // One flag for all cells of one slot: a few places more are sampled than need be.
   void flag_irregular_cells() {
-    irregular_.assign(fine_.size(), 0);
+    irregular_.assign(2 * fine_.size(), 0);
     const Vec3 margin = Vec3::Constant(0.75 * reach_);
     for (const Segment& s : segments_) {
       if (s.stretch == kNone) continue;
       const Vec3 end = s.from + s.along;
-      for_cells(s.from.cwiseMin(end) - margin, s.from.cwiseMax(end) + margin, cell_,
+      for_cells(s.from.cwiseMin(end) - margin, s.from.cwiseMax(end) + margin, flag_cell_,
                 [&](std::uint64_t key) { irregular_[slot(key, irregular_.size())] = 1; });
     }
   }
@@ -169,14 +171,10 @@ class NearSegments {
       }
     });
     const Index first = static_cast<Index>(packs_.size());
-    bool on_stretch = false;
     const std::size_t begin = listed_.size();
     for (const auto& [segment, squared] : found_) {
-      if (squared > limit) continue;
-      listed_.push_back(segment);
-      on_stretch = on_stretch || segments_[segment].stretch != kNone;
+      if (squared <= limit) listed_.push_back(segment);
     }
-    if (!on_stretch) listed_.resize(begin);
     while (listed_.size() % kLanes != 0) listed_.push_back(listed_[begin]);
     packs_.resize(listed_.size() / kLanes);
     for (std::size_t i = begin; i < listed_.size(); ++i) packs_[i / kLanes].set(i % kLanes, segments_[listed_[i]]);
@@ -187,7 +185,7 @@ class NearSegments {
   }
 
   const std::vector<Segment>& segments_;
-  double cell_, reach_, search_;
+  double cell_, flag_cell_, reach_, search_;
   std::vector<Index> coarse_, fine_;
   std::vector<Pack> packs_;
   std::vector<Index> listed_;  // the segments of the packs
@@ -199,28 +197,15 @@ class NearSegments {
   Index last_ = kNone;
 };
 
-// Cuts a triangle into slices through the corner opposite its longest edge, these into strips, and visits each.
-template <class Visit>
-void for_samples(const std::array<Vec3, 3>& corner, const Visit& visit) {
-  int longest = 0;
-  double length = 0.0;
-  for (int i = 0; i < 3; ++i) {
-    const double l = (corner[next3(i)] - corner[i]).norm();
-    if (l > length) length = l, longest = i;
-  }
-  const Vec3 &a = corner[longest], &b = corner[next3(longest)], &apex = corner[prev3(longest)];
-  const double area = triangle_area(a, b, apex);
-  if (area <= 0.0) return;
-  const int slices = std::max(1, static_cast<int>(length / kSample + 0.5));
-  const int strips = std::max(1, static_cast<int>(2.0 * area / length / kSample + 0.5));
-  for (int j = 0; j < strips; ++j) {
-    const double low = static_cast<double>(j) / strips, high = static_cast<double>(j + 1) / strips;
-    const double part = 2.0 / 3.0 * (high * high + high * low + low * low) / (high + low);  // centroid of the strip
-    for (int i = 0; i < slices; ++i) {
-      const Vec3 base = a + (i + 0.5) / slices * (b - a);
-      visit(apex + part * (base - apex), area * (high * high - low * low) / slices);
-    }
-  }
+// The part of a triangle's area where the function that is linear between the values at its corners is positive.
+double positive_part(const std::array<double, 3>& value) {
+  const int above = (value[0] > 0.0) + (value[1] > 0.0) + (value[2] > 0.0);
+  if (above == 0 || above == 3) return above / 3;
+  int lone = 0;  // the corner on the other side than the two others
+  while ((value[lone] > 0.0) != (above == 1)) ++lone;
+  const double here = value[lone];
+  const double part = here / (here - value[next3(lone)]) * (here / (here - value[prev3(lone)]));
+  return above == 1 ? part : 1.0 - part;
 }
 
 class AreaShares {
@@ -238,7 +223,8 @@ class AreaShares {
 
  private:
   void cut_into_stretches() {
-    for (const Track& track : tracks_) {
+    for (Index id = 0; id < static_cast<Index>(tracks_.size()); ++id) {
+      const Track& track = tracks_[id];
       Index first = kNone;  // of the run of stretches that goes on
       for (std::size_t i = 1; i < track.points.size(); ++i) {
         const TrackPoint &from = track.points[i - 1], &to = track.points[i];
@@ -253,7 +239,7 @@ class AreaShares {
         }
         if (irregular) stretches_.back().length += along.norm();
         segments_.push_back({from.position, along, (from.normal + to.normal).normalized(), along.squaredNorm(),
-                             irregular ? static_cast<Index>(stretches_.size()) - 1 : kNone});
+                             irregular ? static_cast<Index>(stretches_.size()) - 1 : kNone, id});
       }
       end_run(first);
     }
@@ -268,50 +254,115 @@ class AreaShares {
     stretches_.pop_back();
   }
 
+  struct Corner {
+    Vec3 place, normal;
+    Index owner;  // the nearest segment
+  };
+  using Triangle = std::array<Corner, 3>;
+
   void hand_out() {
-    NearSegments near(segments_, kCell * beads_.width, kReach * beads_.width);
-    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-      const auto& [i, j, k] = mesh_.triangles[t];
-      const Vec3 &a = mesh_.vertices[i], &b = mesh_.vertices[j], &c = mesh_.vertices[k];
+    NearSegments near(segments_, beads_.width);
+    constexpr Index kUnknown = -2;
+    std::vector<Index> owner(mesh_.vertices.size(), kUnknown);
+    for (const auto& corners : mesh_.triangles) {
+      const Vec3 &a = mesh_.vertices[corners[0]], &b = mesh_.vertices[corners[1]], &c = mesh_.vertices[corners[2]];
       if (!near.near_stretch(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c))) continue;
-      const Vec3 normal = (mesh_.normals[i] + mesh_.normals[j] + mesh_.normals[k]).normalized();
-      for_samples({a, b, c}, [&](const Vec3& place, double area) { share_out(near.around(place), place, normal, area); });
+      Triangle triangle;
+      for (int i = 0; i < 3; ++i) {
+        const Index v = corners[i];
+        triangle[i] = {mesh_.vertices[v], mesh_.normals[v], owner[v]};
+        if (owner[v] == kUnknown) triangle[i].owner = owner[v] = owner_of(near, mesh_.vertices[v], mesh_.normals[v]);
+      }
+      hand_out(near, triangle, triangle_area(a, b, c));
     }
   }
 
-  // A sample that lies across the line between two tracks is shared by both.
-  void share_out(const Candidates& candidates, const Vec3& place, const Vec3& normal, double area) {
-    if (candidates.packs.empty()) return;
-    const Point at = place.cast<float>();
-    squared_.resize(candidates.segments.size());
-    for (std::size_t i = 0; i < candidates.packs.size(); ++i) {
-      Eigen::Map<Pack::Four>(squared_.data() + kLanes * i) = candidates.packs[i].squared_distance(at);
+  // To whom a triangle belongs is told by its corners: to one track, or to two with the straight line between them;
+  // where three meet, and where it is too large to trust its corners, it is halved.
+  void hand_out(NearSegments& near, const Triangle& triangle, double area) {
+    int longest = 0;
+    double squared = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      const double s = (triangle[next3(i)].place - triangle[i].place).squaredNorm();
+      if (s > squared) squared = s, longest = i;
     }
-    const auto [first, distance] = nearest_of(candidates, normal, kNone);
-    if (first == kNone) return;
-    const auto [second, other_distance] = nearest_of(candidates, normal, first);
-    const double part = std::min(1.0, 0.5 + 0.5 * (other_distance - distance) / std::sqrt(area));
-    give(first, part * area);
-    if (part < 1.0) give(second, (1.0 - part) * area);
+    int lone = 0;  // the corner that belongs to another track than the two others
+    while (lone < 3 && !adjoin(triangle[next3(lone)].owner, triangle[prev3(lone)].owner)) ++lone;
+    const double limit = (lone == 3 ? kSmall : kLarge) * beads_.width;
+    if (squared > limit * limit) {
+      const Corner &a = triangle[longest], &b = triangle[next3(longest)];
+      Corner middle{0.5 * (a.place + b.place), (a.normal + b.normal).normalized(), kNone};
+      middle.owner = owner_of(near, middle.place, middle.normal);
+      Triangle left = triangle, right = triangle;
+      left[next3(longest)] = right[longest] = middle;
+      hand_out(near, left, 0.5 * area);
+      hand_out(near, right, 0.5 * area);
+      return;
+    }
+    double own = 1.0 / 3.0;  // the part of the lone corner's track
+    if (lone < 3 && !adjoin(triangle[lone].owner, triangle[next3(lone)].owner)) own = part_of(triangle, lone);
+    for (int i = 0; i < 3; ++i) give(triangle[i].owner, area * (lone == 3 ? 1.0 / 3.0 : i == lone ? own : 0.5 * (1.0 - own)));
+  }
+
+  // The part of a triangle that lies nearer to the track of one corner than to that of the two others.
+  [[nodiscard]] double part_of(const Triangle& triangle, int lone) const {
+    const Index here = triangle[lone].owner, there = triangle[next3(lone)].owner;
+    if (here == kNone || there == kNone) return 1.0 / 3.0;
+    std::array<double, 3> nearer;
+    for (int i = 0; i < 3; ++i) nearer[i] = distance_from(triangle[i].place, there) - distance_from(triangle[i].place, here);
+    return positive_part(nearer);
+  }
+
+  [[nodiscard]] bool adjoin(Index a, Index b) const {
+    if (a == b) return true;
+    return a != kNone && b != kNone && std::abs(a - b) <= kAdjoining && segments_[a].track == segments_[b].track;
+  }
+
+  // The distance of a place from a track, found downhill from one of its segments.
+  [[nodiscard]] double distance_from(const Vec3& place, Index segment) const {
+    double least = segments_[segment].squared_distance(place);
+    for (const Index step : {-1, 1}) {
+      for (Index s = segment + step; adjoin(s >= 0 && s < static_cast<Index>(segments_.size()) ? s : kNone, segment); s += step) {
+        const double squared = segments_[s].squared_distance(place);
+        if (squared > least) break;
+        least = squared;
+      }
+    }
+    return std::sqrt(least);
   }
 
   void give(Index segment, double area) {
-    if (segments_[segment].stretch != kNone) stretches_[segments_[segment].stretch].area += area;
+    if (segment != kNone && segments_[segment].stretch != kNone) stretches_[segments_[segment].stretch].area += area;
   }
 
-  // The nearest segment and its distance; of the others that do not adjoin `but`, if one is given.
-  [[nodiscard]] std::pair<Index, double> nearest_of(const Candidates& candidates, const Vec3& normal, Index but) const {
-    Index best = kNone;
-    float least = std::numeric_limits<float>::max();
+  // The segment nearest to a place, of those whose surface faces the same way.
+  [[nodiscard]] Index owner_of(NearSegments& near, const Vec3& place, const Vec3& normal) {
+    const Candidates candidates = near.around(place);
+    const Point at = place.cast<float>();
+    squared_.resize(candidates.packs.size());
+    Pack::Four least = Pack::Four::Constant(std::numeric_limits<float>::max());
     for (std::size_t i = 0; i < squared_.size(); ++i) {
-      if (squared_[i] > least) continue;
-      const Index segment = candidates.segments[i];
-      if (but != kNone && std::abs(segment - but) <= kAdjoining) continue;
-      if (squared_[i] == least && segment > best) continue;
-      if (segments_[segment].normal.dot(normal) < kSameSide) continue;
-      least = squared_[i], best = segment;
+      squared_[i] = candidates.packs[i].squared_distance(at);
+      least = least.min(squared_[i]);
     }
-    return {best, std::sqrt(least)};
+    const Index nearest = nearest_of(candidates, normal, least.minCoeff());
+    return nearest != kNone ? nearest : nearest_of(candidates, normal, std::numeric_limits<float>::max());
+  }
+
+  // Of the segments not farther than the limit the nearest one; of equal ones the first.
+  [[nodiscard]] Index nearest_of(const Candidates& candidates, const Vec3& normal, float limit) const {
+    Index best = kNone;
+    for (std::size_t i = 0; i < squared_.size(); ++i) {
+      if (!(squared_[i] <= limit).any()) continue;
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const Index segment = candidates.segments[kLanes * i + lane];
+        const float squared = squared_[i][lane];
+        if (squared > limit || (squared == limit && best != kNone && segment > best)) continue;
+        if (segments_[segment].normal.dot(normal) < kSameSide) continue;
+        limit = squared, best = segment;
+      }
+    }
+    return best;
   }
 
   void set_widths() {
@@ -354,7 +405,7 @@ class AreaShares {
   std::vector<Segment> segments_;  // of all tracks, in their order
   std::vector<Stretch> stretches_;
   std::vector<char> idle_;  // by track
-  std::vector<float> squared_;  // distances of a place from its candidates
+  std::vector<Pack::Four> squared_;  // distances of a place from its candidates
 };
 
 }  // namespace
