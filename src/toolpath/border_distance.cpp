@@ -10,7 +10,7 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr int kRefineRounds = 6;
+constexpr int kMostHalvings = 4;
 constexpr double kOneFrontCosine = 0.5;  // vertices whose ways to the border differ by less lie on one front
 constexpr double kKinkCosine = 0.8;      // two that meet at more than this angle have a kink between them
 constexpr double kKinkSlack = 0.02;      // of the edge's length
@@ -72,9 +72,7 @@ BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) :
   near_ = options.unrolled_mm;
   propagate(true);
   march();
-  bool refined = false;
-  for (int round = 0; round < kRefineRounds && refine(options); ++round) refined = true;
-  if (refined) {
+  if (refine(options)) {
     propagate(false);
     march();
   }
@@ -348,83 +346,139 @@ void BorderDistance::march() {
   }
 }
 
-bool BorderDistance::refine(const DistanceOptions& options) {
-  const EdgeTable table = make_edges(mesh_);
-  std::vector<Index> middle(table.edges.size(), kNone);
-  bool any = false;
-  for (std::size_t e = 0; e < table.edges.size(); ++e) {
-    const Edge& edge = table.edges[e];
-    if (edge.right == kNone) continue;
-    const Vec3 half = 0.5 * (mesh_.vertices[edge.to] - mesh_.vertices[edge.from]);
-    if (4.0 * half.squaredNorm() < options.min_edge_mm * options.min_edge_mm) continue;
-    const Vec3 normal = middle_normal(mesh_.normals[edge.from], mesh_.normals[edge.to]);
-    Front front = seen_from(edge.from, half, normal);
-    const Front other = seen_from(edge.to, -half, normal);
-    const double linear = 0.5 * (fronts_[edge.from].distance + fronts_[edge.to].distance);
-    const bool unrolled = !front.wave && !other.wave;
-    const Vec3 to_front = to_border(front), to_other = to_border(other);
-    const bool one_front = unrolled || to_front.dot(to_other) > kKinkCosine * front.distance * other.distance;
-    if (!unrolled && to_front.dot(to_other) > kOneFrontCosine * front.distance * other.distance) {
-      const double middle_value = linear + 0.5 * (0.5 * (front.distance + other.distance) - linear);
-      front = {.tangent = (to_front + to_other).normalized(), .distance = middle_value, .wave = true};
-    } else if (other.distance < front.distance) {
-      front = other;
-    }
-    if (one_front && std::abs(front.distance - linear) <= options.tolerance_mm) continue;
-    middle[e] = static_cast<Index>(mesh_.vertices.size());
-    mesh_.vertices.push_back(mesh_.vertices[edge.from] + half);
-    mesh_.normals.push_back(normal);
-    mesh_.tip_offset.push_back(0.5 * (mesh_.tip_offset[edge.from] + mesh_.tip_offset[edge.to]));
-    fronts_.push_back(front);
-    any = true;
+// A vertex in the middle of an edge where the distance there is not that between its ends; else kNone.
+Index BorderDistance::add_middle(Index a, Index b, const DistanceOptions& options) {
+  const Vec3 half = 0.5 * (mesh_.vertices[b] - mesh_.vertices[a]);
+  if (4.0 * half.squaredNorm() < options.min_edge_mm * options.min_edge_mm) return kNone;
+  const Vec3 normal = middle_normal(mesh_.normals[a], mesh_.normals[b]);
+  Front front = seen_from(a, half, normal);
+  const Front other = seen_from(b, -half, normal);
+  const double linear = 0.5 * (fronts_[a].distance + fronts_[b].distance);
+  const bool unrolled = !front.wave && !other.wave;
+  const Vec3 to_front = to_border(front), to_other = to_border(other);
+  const bool one_front = unrolled || to_front.dot(to_other) > kKinkCosine * front.distance * other.distance;
+  if (!unrolled && to_front.dot(to_other) > kOneFrontCosine * front.distance * other.distance) {
+    const double middle_value = linear + 0.5 * (0.5 * (front.distance + other.distance) - linear);
+    front = {.tangent = (to_front + to_other).normalized(), .distance = middle_value, .wave = true};
+  } else if (other.distance < front.distance) {
+    front = other;
   }
-  if (!any) return false;
+  if (one_front && std::abs(front.distance - linear) <= options.tolerance_mm) return kNone;
+  mesh_.vertices.push_back(mesh_.vertices[a] + half);
+  mesh_.normals.push_back(normal);
+  mesh_.tip_offset.push_back(0.5 * (mesh_.tip_offset[a] + mesh_.tip_offset[b]));
+  fronts_.push_back(front);
+  return static_cast<Index>(mesh_.vertices.size()) - 1;
+}
 
-  std::vector<std::array<Index, 3>> triangles;
+// Halves edges until each tells its middle, and the triangles with them. What becomes of an edge depends on its ends
+// alone, so each triangle is cut to the end before the next one.
+bool BorderDistance::refine(const DistanceOptions& options) {
+  constexpr Index kUnknown = -2;
+  struct Halved {
+    Index from, to;
+    int generation = 0;
+    Index middle = kUnknown;
+    Index first_half = kNone;  // from `from`; the other one, to `to`, comes next
+    std::array<Index, 2> triangles = {kNone, kNone};
+  };
+  struct Part {
+    std::array<Index, 3> corners, edges;
+  };
+  const EdgeTable table = make_edges(mesh_);
+  std::vector<Halved> edges;
+  edges.reserve(3 * table.edges.size());
+  for (const Edge& e : table.edges) edges.push_back({.from = e.from, .to = e.to, .middle = e.right == kNone ? kNone : kUnknown});
+  const std::size_t before = mesh_.vertices.size();
+  const auto middle_of = [&](Index e) {
+    const auto [from, to, generation, known, first_half, beside] = edges[e];
+    if (known != kUnknown) return known;
+    const Index middle = generation < kMostHalvings ? add_middle(from, to, options) : kNone;
+    edges[e].middle = middle;
+    if (middle != kNone) {
+      edges[e].first_half = static_cast<Index>(edges.size());
+      edges.push_back({.from = from, .to = middle, .generation = generation + 1});
+      edges.push_back({.from = middle, .to = to, .generation = generation + 1});
+    }
+    return middle;
+  };
+  const auto half_at = [&](Index e, Index corner) { return edges[e].first_half + (edges[e].from == corner ? 0 : 1); };
+  int generation = 0;  // of the edges inside the triangle that is cut
+  const auto new_edge = [&](Index from, Index to) {
+    edges.push_back({.from = from, .to = to, .generation = generation});
+    return static_cast<Index>(edges.size()) - 1;
+  };
+
+  std::vector<std::array<Index, 3>> triangles, edges_of;
   std::vector<double> thickness, rise;
-  triangles.reserve(2 * mesh_.triangles.size());
-  thickness.reserve(2 * mesh_.triangles.size());
-  rise.reserve(2 * mesh_.triangles.size());
+  for (auto* values : {&thickness, &rise}) values->reserve(2 * mesh_.triangles.size());
+  for (auto* rows : {&triangles, &edges_of}) rows->reserve(2 * mesh_.triangles.size());
+  std::vector<Part> parts;
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-    const auto& corner = mesh_.triangles[t];
-    std::array<Index, 3> cut;
-    int count = 0;
-    for (int i = 0; i < 3; ++i) count += (cut[i] = middle[table.of_triangle[t][i]]) != kNone;
-    const auto add = [&](Index a, Index b, Index c) {
-      triangles.push_back({a, b, c});
-      thickness.push_back(mesh_.thickness[t]);
-      rise.push_back(mesh_.rise[t]);
-    };
-    if (count == 0) {
-      add(corner[0], corner[1], corner[2]);
-    } else if (count == 3) {
-      for (int i = 0; i < 3; ++i) add(corner[i], cut[i], cut[prev3(i)]);
-      add(cut[0], cut[1], cut[2]);
-    } else if (count == 1) {
-      int i = 0;
-      while (cut[i] == kNone) ++i;
-      add(corner[i], cut[i], corner[prev3(i)]);
-      add(cut[i], corner[next3(i)], corner[prev3(i)]);
-    } else {
-      int i = 0;  // edges i and i + 1 are cut: corner i + 1 goes, a quadrilateral stays
-      while (cut[i] == kNone || cut[next3(i)] == kNone) ++i;
-      const Index a = corner[i], b = corner[next3(i)], c = corner[prev3(i)], ab = cut[i], bc = cut[next3(i)];
-      add(ab, b, bc);
-      const double first = (mesh_.vertices[a] - mesh_.vertices[bc]).squaredNorm();
-      const double second = (mesh_.vertices[ab] - mesh_.vertices[c]).squaredNorm();
-      if (first <= second) {
-        add(a, ab, bc);
-        add(a, bc, c);
-      } else {
-        add(a, ab, c);
-        add(ab, bc, c);
+    parts.assign(1, {mesh_.triangles[t], table.of_triangle[t]});
+    while (!parts.empty()) {
+      const auto [corner, edge] = parts.back();
+      parts.pop_back();
+      std::array<Index, 3> cut;
+      int count = 0;
+      generation = 0;
+      for (int i = 0; i < 3; ++i) {
+        cut[i] = middle_of(edge[i]);
+        if (cut[i] == kNone) continue;
+        ++count;
+        generation = std::max(generation, edges[edge[i]].generation + 1);
       }
+      if (count == 0) {
+        triangles.push_back(corner);
+        edges_of.push_back(edge);
+        thickness.push_back(mesh_.thickness[t]);
+        rise.push_back(mesh_.rise[t]);
+      } else if (count == 3) {
+        std::array<Index, 3> inner;  // cuts off corner i
+        for (int i = 0; i < 3; ++i) {
+          inner[i] = new_edge(cut[i], cut[prev3(i)]);
+          parts.push_back({{corner[i], cut[i], cut[prev3(i)]}, {half_at(edge[i], corner[i]), inner[i], half_at(edge[prev3(i)], corner[i])}});
+        }
+        parts.push_back({cut, {inner[1], inner[2], inner[0]}});
+      } else if (count == 1) {
+        int i = 0;
+        while (cut[i] == kNone) ++i;
+        const Index a = corner[i], b = corner[next3(i)], c = corner[prev3(i)], inner = new_edge(cut[i], c);
+        parts.push_back({{a, cut[i], c}, {half_at(edge[i], a), inner, edge[prev3(i)]}});
+        parts.push_back({{cut[i], b, c}, {half_at(edge[i], b), edge[next3(i)], inner}});
+      } else {
+        int i = 0;  // edges i and i + 1 are cut: corner i + 1 goes, a quadrilateral stays
+        while (cut[i] == kNone || cut[next3(i)] == kNone) ++i;
+        const Index a = corner[i], b = corner[next3(i)], c = corner[prev3(i)], ab = cut[i], bc = cut[next3(i)];
+        const Index across = new_edge(ab, bc);
+        const Index at_a = half_at(edge[i], a), at_c = half_at(edge[next3(i)], c), ca = edge[prev3(i)];
+        parts.push_back({{ab, b, bc}, {half_at(edge[i], b), half_at(edge[next3(i)], b), across}});
+        if ((mesh_.vertices[a] - mesh_.vertices[bc]).squaredNorm() <= (mesh_.vertices[ab] - mesh_.vertices[c]).squaredNorm()) {
+          const Index diagonal = new_edge(a, bc);
+          parts.push_back({{a, ab, bc}, {at_a, across, diagonal}});
+          parts.push_back({{a, bc, c}, {diagonal, at_c, ca}});
+        } else {
+          const Index diagonal = new_edge(ab, c);
+          parts.push_back({{a, ab, c}, {at_a, diagonal, ca}});
+          parts.push_back({{ab, bc, c}, {across, at_c, diagonal}});
+        }
+      }
+    }
+  }
+  if (mesh_.vertices.size() == before) return false;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (const Index e : edges_of[t]) edges[e].triangles[edges[e].triangles[0] == kNone ? 0 : 1] = static_cast<Index>(t);
+  }
+  mesh_.neighbours.resize(triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (int i = 0; i < 3; ++i) {
+      const auto& [one, other] = edges[edges_of[t][i]].triangles;
+      mesh_.neighbours[t][i] = one == static_cast<Index>(t) ? other : one;
     }
   }
   mesh_.triangles = std::move(triangles);
   mesh_.thickness = std::move(thickness);
   mesh_.rise = std::move(rise);
-  connect_triangles(mesh_);
   return true;
 }
 

@@ -56,6 +56,7 @@ class BorderDistance {
   void propagate(bool from_border);
   void keep_above_chord(Front& front, Index vertex) const;
   void march();
+  Index add_middle(Index a, Index b, const DistanceOptions& options);
   bool refine(const DistanceOptions& options);
   void slide(Front& front, const Vec3& normal) const;
 

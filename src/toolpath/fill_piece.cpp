@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "curvesup/mesh/triangle_mesh.h"
 #include "toolpath/chain.h"
 #include "toolpath/link.h"
 #include "toolpath/rings.h"
@@ -14,15 +16,32 @@ namespace {
 
 constexpr double kLongestStep = 3.0;  // widths, between tracks that are laid without a lift
 
+// The vertex farthest from the border and the triangles around it; of a piece that is all border, the middle of the largest triangle.
+std::pair<Vec3, std::vector<Index>> deepest_place(const BorderDistance& distance) {
+  const PieceMesh& mesh = distance.mesh();
+  Index deepest = 0, largest = 0;
+  for (Index v = 0; v < static_cast<Index>(mesh.vertices.size()); ++v) {
+    if (distance.distance(v) > distance.distance(deepest)) deepest = v;
+  }
+  std::vector<Index> around;
+  double area = 0.0;
+  for (Index t = 0; t < static_cast<Index>(mesh.triangles.size()); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    if (a == deepest || b == deepest || c == deepest) around.push_back(t);
+    const double here = triangle_area(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
+    if (here > area) area = here, largest = t;
+  }
+  if (distance.distance(deepest) > 0.0) return {mesh.vertices[deepest], std::move(around)};
+  const auto& [a, b, c] = mesh.triangles[largest];
+  return {(mesh.vertices[a] + mesh.vertices[b] + mesh.vertices[c]) / 3.0, {largest}};
+}
+
 // A piece too small for anything else: one short line through its deepest place, along the way that is longest, as wide
 // as makes its area that of the piece.
 Track lay_dot(const BorderDistance& distance, const BeadWidths& beads) {
   const PieceMesh& mesh = distance.mesh();
-  Index deepest = 0, farthest = 0;
-  for (Index v = 0; v < static_cast<Index>(mesh.vertices.size()); ++v) {
-    if (distance.distance(v) > distance.distance(deepest)) deepest = v;
-  }
-  const Vec3 centre = mesh.vertices[deepest];
+  const auto [centre, around] = deepest_place(distance);
+  Index farthest = 0;
   for (Index v = 0; v < static_cast<Index>(mesh.vertices.size()); ++v) {
     if ((mesh.vertices[v] - centre).squaredNorm() > (mesh.vertices[farthest] - centre).squaredNorm()) farthest = v;
   }
@@ -32,12 +51,9 @@ Track lay_dot(const BorderDistance& distance, const BeadWidths& beads) {
   const double wanted = std::max(std::sqrt(mesh.area), mesh.area / beads.max);
   const auto walk_to = [&](const Vec3& direction) {
     Walk best;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      for (const Index v : mesh.triangles[t]) {
-        if (v != deepest) continue;
-        Walk walk = walk_straight(distance, {static_cast<Index>(t), centre}, direction, 0.5 * wanted);
-        if (walk.length > best.length) best = std::move(walk);
-      }
+    for (const Index t : around) {
+      Walk walk = walk_straight(distance, {t, centre}, direction, 0.5 * wanted);
+      if (walk.length > best.length) best = std::move(walk);
     }
     return best;
   };
@@ -51,7 +67,7 @@ Track lay_dot(const BorderDistance& distance, const BeadWidths& beads) {
     p.width = width;
     track.points.push_back(p);
   }
-  TrackPoint middle{centre, mesh.normals[deepest], width, back.points.empty() ? kNone : back.points[0].triangle};
+  TrackPoint middle{centre, normal_at(mesh, around.front(), centre), width, back.points.empty() ? kNone : back.points[0].triangle};
   track.points.push_back(middle);
   for (TrackPoint p : forth.points) {
     p.width = width;
@@ -80,7 +96,7 @@ void add_beads(const BorderDistance& distance, const Ridge& ridge, const BeadWid
 
 FilledPiece fill_piece(PieceMesh mesh, const Sheet&, const ToolpathOptions& options) {
   const BeadWidths beads{options.bead_width_mm, options.min_bead_mm, options.max_bead_mm};
-  const BorderDistance distance(std::move(mesh), {.tolerance_mm = 0.05 * beads.width, .min_edge_mm = 0.6 * beads.width});
+  const BorderDistance distance(std::move(mesh), {.tolerance_mm = 0.08 * beads.width, .min_edge_mm = 0.75 * beads.width});
   const Ridge ridge(distance, beads);
   std::vector<Track> tracks = trace_rings(distance, ridge, beads.width, std::numeric_limits<int>::max() / 2);
   FilledPiece filled;

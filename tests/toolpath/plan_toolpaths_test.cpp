@@ -62,6 +62,15 @@ TEST(PlanToolpaths, BeadsAddUpWhereTheWidthSwings) {
   }
 }
 
+TEST(PlanToolpaths, APieceThatIsAllBorderGetsADot) {
+  // Its vertices all lie on the border, so none of them is a deepest place.
+  const auto sheet = sheets::strip(0.3, 0.3, 1, 1);
+  const auto result = plan(sheet);
+  EXPECT_EQ(result.report.pieces_without_path, 0);
+  EXPECT_EQ(result.report.paths, 1);
+  EXPECT_GT(result.report.volume_mm3[0], 0.0);
+}
+
 TEST(PlanToolpaths, StepsJoinTracksAndNeverCrossAGap) {
   // A ring with a slit narrower than a step: tracks on either side of it must not be joined across.
   const double slit = 1.2, outer = 9.0;
