@@ -63,8 +63,8 @@ TEST(PlanToolpaths, BeadsAddUpWhereTheWidthSwings) {
 }
 
 TEST(PlanToolpaths, APieceThatIsAllBorderGetsADot) {
-  // Its vertices all lie on the border, so none of them is a deepest place.
-  const auto sheet = sheets::strip(0.3, 0.3, 1, 1);
+  // One triangle (and one without area): no vertex is a deepest place, and from each the farthest lies along the border.
+  const auto sheet = sheets::mapped_grid(1, 1, [](double u, double v) { return Vec3(0.4 * u, 0.3 * v * u, 5); });
   const auto result = plan(sheet);
   EXPECT_EQ(result.report.pieces_without_path, 0);
   EXPECT_EQ(result.report.paths, 1);
