@@ -20,13 +20,14 @@ double number(const Json& report, const char* section, const char* key) {
 std::string checks_line(const Json& checks) {
   const auto failed = std::count_if(checks.begin(), checks.end(), [](const Json& c) { return !c["ok"].get<bool>(); });
   std::string text = format("checks     %zu passed, %ld failed\n", checks.size() - static_cast<std::size_t>(failed), static_cast<long>(failed));
+  constexpr long kShown = 8;  // the summary fits one screen
+  long shown = 0;
   for (const Json& check : checks) {
-    if (!check["ok"].get<bool>()) {
-      text += format("           FAILED %s: %s, limit %s; %s\n", check["name"].get<std::string>().c_str(),
-                     shortest(check["value"].get<double>()).c_str(), shortest(check["limit"].get<double>()).c_str(),
-                     check["detail"].get<std::string>().c_str());
-    }
+    if (check["ok"].get<bool>() || ++shown > kShown) continue;
+    text += format("           FAILED %s: %.4g, limit %.4g; %s\n", check["name"].get<std::string>().c_str(), check["value"].get<double>(),
+                   check["limit"].get<double>(), check["detail"].get<std::string>().c_str());
   }
+  if (failed > kShown) text += format("           and %ld more: see the report\n", static_cast<long>(failed) - kShown);
   return text;
 }
 

@@ -272,6 +272,15 @@
     }
     return made;
   }
+  // Every so manieth of the parts of an index, so that about `most` are left; the others become empty.
+  function fewSheets(index, ends, most) {
+    const every = Math.ceil(ends.length / most), kept = [], keptEnds = [];
+    ends.forEach((end, s) => {
+      if ((ends.length - 1 - s) % every === 0) for (let i = s > 0 ? ends[s - 1] : 0; i < end; ++i) kept.push(index[i]);
+      keptEnds.push(kept.length);
+    });
+    return {index: new Uint32Array(kept), ends: keptEnds};
+  }
   function clustered(vertices, index, ends, cells) {
     const out = [], outEnds = [], scale = cells / 65535;
     const flat = [0, 1, 2].map((k) => size.getComponent(k) / Math.max(size.x, size.y, size.z) * scale);
@@ -299,7 +308,7 @@
     return {index: new Uint32Array(out), ends: outEnds};
   }
   // What is drawn at each level of detail (see `adapt`): at most so many triangles, or segments, of each thing.
-  const kTriangles = [Infinity, Infinity, 30000, 8000, 2000], kSegments = [Infinity, Infinity, 120000, 30000, 6000];
+  const kTriangles = [Infinity, Infinity, 30000, 8000, 1600], kSegments = [Infinity, Infinity, 120000, 25000, 3500];
   // Keeps one index a level, made when it is first needed, and puts the wanted one into the geometry.
   function detailed(geometry, make) {
     const made = [];
@@ -334,7 +343,8 @@
     // The last sheet first: seen from above it hides the others, which then cost little.
     const fill = indexed(vertices, index, surfaceMaterial(colour));
     fill.detail = detailed(fill.geometry, (level) => {
-      const few = fewTriangles(vertices, index, triangleEnd, kTriangles[level]);
+      const some = level < 3 ? {index, ends: triangleEnd} : fewSheets(index, triangleEnd, 40);
+      const few = fewTriangles(vertices, some.index, some.ends, kTriangles[level]);
       const last = few.index.length - 3;
       return {index: few.index.map((_, i) => few.index[last - i + 2 * (i % 3)]), ends: few.ends};
     });
@@ -343,7 +353,8 @@
     layerRange.high = Math.max(layerRange.high, sheetLayer[sheetLayer.length - 1]);
     return {
       fill, lines,
-      range(from, to, level) {
+      range(from, to, wanted) {
+        const level = from === to ? Math.min(wanted, 2) : wanted;
         let a = 0, b = sheetLayer.length;
         while (a < b && sheetLayer[a] < from) ++a;
         while (b > a && sheetLayer[b - 1] > to) --b;
@@ -1065,6 +1076,9 @@
     else if (before && before.from && view.elevation < 0) flyTo(fitted(...kHome));
     state.preset = name;
     state.glass = !!kPresets[name].glass;
+    state.chosen = null;
+    $('note').textContent = '';
+    if (controls.allLayers && name !== 'layers' && name !== 'paths') controls.allLayers();
     for (const key of Object.keys(state.show)) {
       if (key !== 'marks' && key !== 'platform' && key !== 'travel') state.show[key] = kPresets[name].on.includes(key) && possible(key);
     }
@@ -1125,6 +1139,11 @@
     controls.layer = el('input', {type: 'range', id: 'layer', min: firstLayer, max: last, value: last, 'aria-label': 'layer',
       oninput: () => controls.setLayer(Number(controls.layer.value))});
     const only = el('input', {type: 'checkbox', id: 'only', onchange: () => { state.only = only.checked; controls.setLayer(state.layer); }});
+    controls.allLayers = () => {
+      state.only = only.checked = false;
+      controls.layer.value = state.layer = last;
+      say();
+    };
     controls.toggleOnly = () => { only.checked = !only.checked; state.only = only.checked; controls.setLayer(state.layer); };
     say();
     return [el('h2', {}, 'Layers'), text, controls.layer, el('label', {}, only, 'only this layer'), hint].filter(Boolean);
@@ -1174,11 +1193,6 @@
     check.next = ((check.next === undefined ? -1 : check.next) + 1) % check.places.length;
     const place = check.places[check.next], target = new THREE.Vector3().fromArray(place.at);
     state.show.marks = true;
-    state.chosen = place;
-    if (parts.chosen) {
-      parts.chosen.geometry.attributes.position.array.set(place.at);
-      parts.chosen.geometry.attributes.position.needsUpdate = true;
-    }
     const then = place.path !== undefined && toolpaths && place.path < toolpaths.counts.length;
     if (then) {
       preset('paths');
@@ -1186,9 +1200,13 @@
     } else if (place.layer !== undefined && (layers.model || layers.support)) {
       preset('layers');
       controls.setLayer(place.layer);
-    } else {
-      refresh();
     }
+    state.chosen = place;
+    if (parts.chosen) {
+      parts.chosen.geometry.attributes.position.array.set(place.at);
+      parts.chosen.geometry.attributes.position.needsUpdate = true;
+    }
+    refresh();
     $('note').textContent = `${check.name}, place ${check.next + 1} of ${check.places.length}: ${place.text}` + (then ? '. Shown as it stands at that moment.' : '');
     flyTo({target, distance: 0.35 * diagonal, azimuth: view.azimuth, elevation: Math.max(view.elevation, 0.2)});
   }
