@@ -156,15 +156,26 @@ std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio, std:
 }
 
 inline double ConvolutionSolid::Kernel::contribution(double distance2, double along, double scale) const {
-  const double half2 = reach * reach - distance2;
+  const double reach2 = reach * reach, half2 = reach2 - distance2;
   if (half2 <= 0.0) return 0.0;
+  const double beyond = along - length;
+  // Nothing of the strut in the ball, or its whole chord: no root is needed for these.
+  if ((along <= 0.0 && along * along >= half2) || (beyond >= 0.0 && beyond * beyond >= half2)) return 0.0;
   const double half = std::sqrt(half2);
   const double from = std::max(-half, -along), to = std::min(half, length - along);
   if (to <= from) return 0.0;
-  const double per_half = 0.5 / half, part = half2 / (reach * reach);
+  const double per_half = 0.5 / half, part = half2 / reach2;
   const double s0 = from * per_half + 0.5, s1 = to * per_half + 0.5;
   // Never negative, so that a partial sum never exceeds the whole one.
   return std::max(0.0, scale * part * part * (kernel_integral(s1) - kernel_integral(s0)));
+}
+
+// The other way round: from the farthest line, for the foot farthest from the strut's middle.
+inline double ConvolutionSolid::Kernel::least_in_ball(const Vec3& centre, double radius, double scale) const {
+  const Vec3 offset = centre - a;
+  const double middle = offset.dot(direction);
+  const double farthest = std::sqrt(std::max(0.0, offset.squaredNorm() - middle * middle)) + radius;
+  return contribution(farthest * farthest, middle > 0.5 * length ? middle + radius : middle - radius, scale);
 }
 
 // F_e falls with the distance from the line, and with the distance between the point's foot and the strut's middle.
@@ -342,12 +353,21 @@ double ConvolutionSolid::foot_value(const Vec3& p) const {
   return best;
 }
 
-double ConvolutionSolid::value(const Vec3& p) const {
+double ConvolutionSolid::sum_over(std::span<const Index> struts, const Vec3& p, double enough) const {
   double sum = 0.0;
-  if (!grids_.empty()) {
-    for (const Index s : grids_[0].near(p)) sum += contribution(s, p);
+  auto strut = struts.begin();
+  for (; strut != struts.end() && *strut < first_cone_; ++strut) {
+    if ((sum += kernels_[*strut].at(p, scale_)) >= enough) return sum;
   }
-  return std::max(sum - 1.0, foot_value(p));
+  for (; strut != struts.end(); ++strut) {
+    if ((sum += contribution(*strut, p)) >= enough) return sum;
+  }
+  return sum;
+}
+
+double ConvolutionSolid::value(const Vec3& p) const {
+  const double sum = grids_.empty() ? 0.0 : sum_over(grids_[0].near(p), p, std::numeric_limits<double>::infinity());
+  return feet_.empty() ? sum - 1.0 : std::max(sum - 1.0, foot_value(p));
 }
 
 double ConvolutionSolid::plain_value(const Vec3& p) const {
@@ -357,13 +377,7 @@ double ConvolutionSolid::plain_value(const Vec3& p) const {
 }
 
 bool ConvolutionSolid::inside(const Vec3& p) const {
-  double sum = 0.0;
-  if (!grids_.empty()) {
-    for (const Index s : grids_[0].near(p)) {
-      sum += contribution(s, p);
-      if (sum >= 1.0) return true;
-    }
-  }
+  if (!grids_.empty() && sum_over(grids_[0].near(p), p, 1.0) >= 1.0) return true;
   return foot_value(p) >= 0.0;
 }
 
@@ -397,6 +411,18 @@ bool ConvolutionSolid::surely_outside(const Vec3& centre, double radius) const {
   });
 }
 
+bool ConvolutionSolid::surely_inside(const Vec3& centre, double radius) const {
+  double low = -kBoundSlack;
+  const auto enough = [&](Index s) {
+    // What has a cone may be cut off anywhere.
+    return s < first_cone_ && (low += kernels_[s].least_in_ball(centre, radius, scale_)) >= 1.0;
+  };
+  if (any_near(centre, radius, enough)) return true;
+  return std::any_of(feet_.begin(), feet_.end(), [&](const Foot& foot) {
+    return foot.value(centre) - foot.lipschitz() * radius - kBoundSlack >= 0.0;
+  });
+}
+
 double ConvolutionSolid::thinnest_radius(const Vec3& centre, double radius, double enough) const {
   double thinnest = std::numeric_limits<double>::infinity();
   if (const Grid* grid = grid_for(radius)) {
@@ -419,11 +445,7 @@ Solid::Bounds ConvolutionSolid::bounds(const Vec3& centre, double radius) const 
   (void)any_near(centre, radius, [&](Index s) {
     const Kernel& k = kernels_[s];
     high += k.most_in_ball(centre, radius, scale_);
-    if (s >= first_cone_) return false;  // it may be cut off anywhere
-    const Vec3 offset = centre - k.a;
-    const double along = offset.dot(k.direction);
-    const double farthest = std::sqrt(std::max(0.0, offset.squaredNorm() - along * along)) + radius;
-    low += k.contribution(farthest * farthest, along > 0.5 * k.length ? along + radius : along - radius, scale_);
+    if (s < first_cone_) low += k.least_in_ball(centre, radius, scale_);
     return false;
   });
   Bounds bounds{low - 1.0, high - 1.0};

@@ -13,12 +13,14 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // Samples may be as far apart as this part of the radius of the thinnest strut near them.
-constexpr double kEdgePerRadius = 0.4;
+constexpr double kEdgePerRadius = 0.6;
 // Between samples so many steps apart that are inside, and whose middle is, everything counts as inside: struts are convex,
 // so all that this can overlook is a notch or a hole narrower than that.
 constexpr int kInsideIntervals = 4;
 constexpr int kMaxIntervals = 2048;
-constexpr double kRootTolerance_mm = 1e-5;
+constexpr double kRootTolerance_mm = 1e-4;
+// Where all corners have a lower value than this it is hardly ever provable that a whole triangle is inside.
+constexpr double kDeepInside = 1.0;
 // Parts of a lattice edge.
 constexpr double kBesideNode = 0.02, kOffNode = 1e-5;
 // A border that leaves its chord by less gets no further point.
@@ -72,6 +74,10 @@ Index SheetCutter::add_vertex(const Vec3& position) {
   value_.push_back(kUnknown);
   side_.push_back(kUnknownSide);
   return static_cast<Index>(vertices_.size()) - 1;
+}
+
+bool SheetCutter::is_inside_anywhere(Index a, Index b) {
+  return inside(a) || inside(b) || edge(a, b).side != EdgeSide::outside;
 }
 
 double SheetCutter::value(Index vertex) {
@@ -174,6 +180,10 @@ void SheetCutter::add_triangle(const std::array<Index, 3>& t, Index tet) {
   const double area = triangle_area(a, b, c);
   if (corners_inside == 0 && solid_.surely_outside(centre, radius)) {
     cut_away_ += area;
+    return;
+  }
+  if (corners_inside == 3 && std::min({value_[t[0]], value_[t[1]], value_[t[2]]}) > kDeepInside && solid_.surely_inside(centre, radius)) {
+    keep(t, tet);
     return;
   }
   // A point of the triangle lies in the ball around at least one of its edges.

@@ -25,7 +25,7 @@ class SheetCutter {
   // Adds what of the triangle lies inside. Its parts get the same tet.
   void add_triangle(const std::array<Index, 3>& corners, Index tet);
   // Whether a part of the edge between two vertices lies inside, so that the sheet goes on beyond it.
-  [[nodiscard]] bool is_inside_anywhere(Index a, Index b) { return edge(a, b).side != EdgeSide::outside; }
+  [[nodiscard]] bool is_inside_anywhere(Index a, Index b);
 
   [[nodiscard]] const std::vector<Vec3>& vertices() const { return vertices_; }
   [[nodiscard]] const std::vector<std::array<Index, 3>>& triangles() const { return triangles_; }

@@ -137,7 +137,7 @@ TEST(ConvolutionSolid, FastAnswersAgreeWithTheSlowOnes) {
   const ConvolutionSolid solid(struts);
   std::mt19937 random(15);
   std::uniform_real_distribution<double> place(-5.0, 35.0), size(0.0, 1.0);
-  int outside = 0, inside = 0, thick = 0;
+  int outside = 0, inside = 0, sure = 0, thick = 0;
   for (int i = 0; i < 20000; ++i) {
     const Vec3 p(place(random), place(random), place(random));
     const double radius = std::pow(10.0, -1.0 + 1.5 * size(random));
@@ -147,6 +147,10 @@ TEST(ConvolutionSolid, FastAnswersAgreeWithTheSlowOnes) {
     if (std::abs(bounds.high) > 1e-7) {
       ASSERT_EQ(solid.surely_outside(p, radius), bounds.high < 0.0);
     }
+    if (std::abs(bounds.low) > 1e-7) {
+      ASSERT_EQ(solid.surely_inside(p, radius), bounds.low > 0.0);
+    }
+    sure += bounds.low > 0.0;
     outside += bounds.high < 0.0;
     double thinnest = std::numeric_limits<double>::infinity();
     for (const Strut& s : struts) {
@@ -159,6 +163,7 @@ TEST(ConvolutionSolid, FastAnswersAgreeWithTheSlowOnes) {
     thick += !thinner;
   }
   EXPECT_GT(inside, 500);
+  EXPECT_GT(sure, 100);
   EXPECT_GT(outside, 500);
   EXPECT_GT(thick, 500);
 }

@@ -63,6 +63,7 @@ class ConvolutionSolid : public Solid {
   [[nodiscard]] Bounds bounds(const Vec3& centre, double radius) const override;
   [[nodiscard]] bool inside(const Vec3& p) const override;
   [[nodiscard]] bool surely_outside(const Vec3& centre, double radius) const override;
+  [[nodiscard]] bool surely_inside(const Vec3& centre, double radius) const override;
   // The smallest strut radius among the kernels that reach into the ball.
   [[nodiscard]] double thinnest_radius(const Vec3& centre, double radius, double enough) const override;
 
@@ -81,6 +82,7 @@ class ConvolutionSolid : public Solid {
     [[nodiscard]] double contribution(double distance2, double along, double scale) const;
     [[nodiscard]] double distance2(const Vec3& p) const;  // from the strut
     [[nodiscard]] double most_in_ball(const Vec3& centre, double radius, double scale) const;
+    [[nodiscard]] double least_in_ball(const Vec3& centre, double radius, double scale) const;
     [[nodiscard]] double at(const Vec3& p, double scale) const;
   };
   // Of the struts from first_cone_ on.
@@ -112,6 +114,8 @@ class ConvolutionSolid : public Solid {
   [[nodiscard]] double foot_value(const Vec3& p) const;
   [[nodiscard]] const Grid* grid_for(double radius) const;
   [[nodiscard]] double contribution(Index strut, const Vec3& p) const;
+  // The sum over struts in ascending order; it may end as soon as it has reached `enough`.
+  [[nodiscard]] double sum_over(std::span<const Index> struts, const Vec3& p, double enough) const;
   [[nodiscard]] double thin_reach(Index strut) const;
   // Calls visit(strut), until it returns true, for all that may reach into the ball; whether it did.
   template <typename Visit>
