@@ -1168,7 +1168,7 @@
     };
     controls.play = el('button', {id: 'play', onclick: () => togglePlay(!state.playing)}, 'Play');
     controls.rate = el('select', {'aria-label': 'speed of playing'});
-    for (const [value, label] of [[0.1, 'whole print in 10 min'], [1, 'in 1 min'], [4, 'in 15 s']]) {
+    for (const [value, label] of [[0.1, 'the print in 10 min'], [1, 'the print in 1 min'], [4, 'the print in 15 s']]) {
       controls.rate.append(el('option', {value, selected: value === 1}, label));
     }
     controls.clock = el('div', {class: 'hint', id: 'clock'});
@@ -1299,6 +1299,7 @@
   const kViews = {front: [-Math.PI / 2, 0.02], side: [0, 0.02], top: [-Math.PI / 2, 1.5706], below: [-Math.PI / 2, -0.9]};
   function picture() {
     draw(0, false);
+    while (missing.length) drawMissing();
     const link = el('a', {href: canvas.toDataURL('image/png'), download: (scene.title || 'preview').replace(/[^\w.-]+/g, '_') + '.png'});
     link.click();
   }

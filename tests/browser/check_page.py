@@ -4,6 +4,7 @@
 Exit code 77 when there is no Chromium. Writes the picture that is compared with the stored one to ACTUAL.png.
 """
 
+import base64
 import math
 import sys
 
@@ -62,10 +63,23 @@ def check_slider(browser, before):
     browser.slide("#layer", last)
 
 
+def check_screenshot(browser, shown):
+    """The picture button saves what is shown."""
+    saved = browser.run("""let saved; const click = HTMLAnchorElement.prototype.click;
+        HTMLAnchorElement.prototype.click = function () { saved = [this.href, this.download]; };
+        document.getElementById('shot').click(); HTMLAnchorElement.prototype.click = click; return saved;""")
+    expect(saved and saved[1] == "block.png", f"the saved picture is called {saved and saved[1]}")
+    picture = read_png(base64.b64decode(saved[0].split(",")[1]))
+    expect(picture[:2] == (WIDTH, HEIGHT), f"the saved picture has {picture[0]} x {picture[1]} pixels")
+    blue = lambda r, g, b: b > r + 25
+    expect(abs(share(picture, blue) - share(shown, blue)) < 0.01, "the saved picture shows something else")
+
+
 def check_print(browser):
     browser.run("document.getElementById('preset-paths').click()")
     whole = canvas(browser)
     expect(share(whole, lambda r, g, b: b > r + 25) > 0.01, "toolpaths are not to be seen")
+    check_screenshot(browser, whole)
     browser.slide("#time", 0.3)
     expect(different_pixels(whole, canvas(browser)) > 0.005, "the time slider changes nothing")
     before = browser.run("return window.curvesup.state.time")
