@@ -789,17 +789,27 @@
   // ---------------------------------------------------------------- camera
   const view = {target: new THREE.Vector3(), distance: 1, azimuth: -0.9, elevation: 0.42};
   let flight = null;
+  // Some of the points that are drawn, from the middle of the box: what a view of everything has to hold.
+  const fitPoints = [];
+  for (const name of ['model_vertices', 'support_layers_vertices', 'model_layers_vertices', 'path_positions', 'edge_ends']) {
+    const all = buffer(name) || [], step = 3 * Math.ceil(all.length / 3 / 1500);
+    for (let i = 0; i + 2 < all.length; i += step) fitPoints.push([0, 1, 2].map((k) => (all[i + k] / 65535 - 0.5) * size.getComponent(k)));
+  }
   function fitted(azimuth, elevation) {
     const aspect = Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
     const tall = 0.88 * Math.tan(camera.fov * Math.PI / 360), wide = tall * aspect;
     const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
+    // Seen along the view: to the right, up, and towards the eye.
+    const seen = fitPoints.map(([x, y, z]) => [-sa * x + ca * y, ce * z - se * (ca * x + sa * y), ce * (ca * x + sa * y) + se * z]);
+    const middle = [0, 1].map((k) => seen.reduce(([a, b], p) => [Math.min(a, p[k]), Math.max(b, p[k])], [Infinity, -Infinity]))
+      .map(([a, b]) => (a + b) / 2);
     let distance = 0.1 * diagonal;
-    for (let corner = 0; corner < 8; ++corner) {
-      const [x, y, z] = [0, 1, 2].map((k) => (corner >> k & 1 ? 0.5 : -0.5) * size.getComponent(k));
-      const right = -sa * x + ca * y, out = ca * x + sa * y, up = ce * z - se * out, near = ce * out + se * z;
-      distance = Math.max(distance, near + Math.abs(right) / wide, near + Math.abs(up) / tall);
+    for (const [x, y, near] of seen) {
+      distance = Math.max(distance, near + Math.abs(x - middle[0]) / wide, near + Math.abs(y - middle[1]) / tall);
     }
-    return {target: new THREE.Vector3().addVectors(low, high).multiplyScalar(0.5), distance, azimuth, elevation};
+    const target = new THREE.Vector3().addVectors(low, high).multiplyScalar(0.5)
+      .add(new THREE.Vector3(-sa, ca, 0).multiplyScalar(middle[0])).add(new THREE.Vector3(-se * ca, -se * sa, ce).multiplyScalar(middle[1]));
+    return {target, distance, azimuth, elevation};
   }
   function applyCamera() {
     const c = Math.cos(view.elevation);
@@ -913,7 +923,7 @@
       object.material.uniforms.uOpacity.value = glass ? 0.3 : 1;
       object.material.transparent = glass;
       object.material.depthWrite = !glass;
-      object.material.side = glass && object === parts.model ? THREE.FrontSide : THREE.DoubleSide;
+      object.material.side = glass ? THREE.FrontSide : THREE.DoubleSide;
       object.renderOrder = glass ? 3 : 0;
     }
     for (const name of ['model', 'support']) {
