@@ -25,6 +25,10 @@ bool dense(const ToolpathCertificateOptions& options, Material material) {
   return options.dense[static_cast<int>(material)];
 }
 
+bool sparse(const ToolpathCertificateOptions& options, Material material) {
+  return !dense(options, material) && options.line_spacing_mm[static_cast<int>(material)] > 0.0;
+}
+
 // The paths of each sheet; paths of no sheet in a list of their own at the end.
 std::vector<std::vector<Index>> paths_by_sheet(const LayerStack& printed, const Toolpaths& toolpaths) {
   using Key = std::tuple<Index, int, int, Material, Index>;
@@ -45,10 +49,10 @@ std::vector<std::vector<Index>> paths_by_sheet(const LayerStack& printed, const 
   return paths;
 }
 
-double dense_area(const LayerStack& printed, const ToolpathCertificateOptions& options) {
+double sampled_area(const LayerStack& printed, const ToolpathCertificateOptions& options) {
   double area = 0.0;
   for (const Sheet& sheet : printed.sheets) {
-    if (!dense(options, sheet.material)) continue;
+    if (!dense(options, sheet.material) && !sparse(options, sheet.material)) continue;
     for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
       const auto& [a, b, c] = printed.triangles[t];
       area += triangle_area(printed.vertices[a], printed.vertices[b], printed.vertices[c]);
@@ -139,6 +143,8 @@ class Summary {
       result_.area_mm2 += f.area;
       bead_area_ += f.bead_area;
     }
+    result_.sparse_samples += f.sparse_samples;
+    sparse_covered_ += f.sparse_covered;
     for (const Vec3& p : f.uncovered) keep(result_.uncovered, place(p, 0.0));
     spacing_.insert(spacing_.end(), f.spacing.begin(), f.spacing.end());
     result_.segments += f.segments;
@@ -175,6 +181,7 @@ class Summary {
       result_.covered_fraction = static_cast<double>(covered_) / result_.samples;
       result_.bead_covered_fraction = static_cast<double>(bead_covered_) / result_.samples;
     }
+    if (result_.sparse_samples > 0) result_.sparse_covered_fraction = static_cast<double>(sparse_covered_) / result_.sparse_samples;
     const double covered_area = result_.covered_fraction * result_.area_mm2;
     result_.overlap = covered_area > 0.0 ? bead_area_ / covered_area - 1.0 : 0.0;
     result_.spacing_samples = static_cast<Index>(spacing_.size());
@@ -223,7 +230,7 @@ class Summary {
   Index first_layer_ = 0;
   std::vector<LayerSum> layers_;  // by layer, then material
   std::vector<float> spacing_;
-  Index covered_ = 0, bead_covered_ = 0;
+  Index covered_ = 0, bead_covered_ = 0, sparse_covered_ = 0;
   double bead_area_ = 0.0;
 };
 
@@ -245,6 +252,10 @@ void add_area_checks(const ToolpathCertificateOptions& options, ToolpathCertific
       "certificate.toolpath_coverage", c.covered_fraction, options.min_covered_fraction,
       format("part of %.0f mm2 of layers within 0.55 w of a path, by %d samples; %.4f within 0.55 of the bead's own width",
              c.area_mm2, c.samples, c.bead_covered_fraction)));
+  if (sparse(options, Material::model) || sparse(options, Material::support)) {
+    c.checks.push_back(check_at_least("certificate.toolpath_sparse_coverage", c.sparse_covered_fraction, options.min_covered_fraction,
+                                      format("part of the sparse layers as near to a line as is meant there, by %d samples", c.sparse_samples)));
+  }
   c.checks.push_back(check_at_most("certificate.toolpath_overlap", c.overlap, options.max_overlap,
                                    "sum of width times length over covered area, less 1"));
 }
@@ -316,7 +327,7 @@ ToolpathCertificate certify_toolpaths(const Domain&, const ScalarField& field, c
       .toolpaths = toolpaths,
       .options = options,
       .samples_per_mm2 =
-          std::min(options.samples_per_mm2, options.most_samples / std::max(1e-9, dense_area(printed, options))),
+          std::min(options.samples_per_mm2, options.most_samples / std::max(1e-9, sampled_area(printed, options))),
       .samples_per_mm =
           std::min(options.samples_per_mm, options.most_spacing_samples / std::max(1e-9, contour_length(toolpaths)))};
   std::vector<SheetFindings> findings(printed.sheets.size());

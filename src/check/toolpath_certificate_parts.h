@@ -23,6 +23,7 @@ struct SheetTask {
 struct SheetFindings {
   double area = 0.0, volume = 0.0, small_piece_volume = 0.0;
   Index samples = 0, covered = 0, bead_covered = 0;
+  Index sparse_samples = 0, sparse_covered = 0;
   std::vector<Vec3> uncovered;
   std::vector<float> spacing;
 

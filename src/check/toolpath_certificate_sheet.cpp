@@ -14,6 +14,8 @@ constexpr double kCellsPerElement = 16.0, kFewestCells = 1000.0;
 constexpr double kTouch = 0.01;          // mm; a triangle that near is one that the bead runs on
 constexpr double kRingWidth = 0.1;       // a part of a contour is a ring while its bead is w wide but for this part
 constexpr double kSegmentStep = 0.3;     // mm between the points where a segment is looked at
+constexpr double kSparseReach = 0.6;     // spacings, from any place to a line
+constexpr double kUnderModel = 0.4;      // of a layer's thickness, between a place and the model's layer that it lies under
 constexpr double kSpacingReach = 1.75;   // beads
 constexpr double kParallelCosine = 0.9;  // about 25 degrees
 
@@ -191,9 +193,9 @@ class SheetSurface {
 };
 
 struct Segment {
-  Vec3 from, to, normal;
-  double width, height, volume;
-  bool ring;
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero(), normal = Vec3::Zero();
+  double width = 0.0, height = 0.0, volume = 0.0;
+  bool ring = false;
 };
 
 // Without those that have an end nowhere: their points are counted as off the layer by `measure_points`.
@@ -305,7 +307,7 @@ void for_each_sample(const std::vector<Facet>& facets, double per_mm2, const aut
         u = 1.0 - u;
         v = 1.0 - v;
       }
-      use(Vec3(f.a + u * (f.b - f.a) + v * (f.c - f.a)));
+      use(Vec3(f.a + u * (f.b - f.a) + v * (f.c - f.a)), f);
     }
     done += area;
   }
@@ -317,7 +319,7 @@ void measure_coverage(const SheetTask& task, const std::vector<Facet>& facets, c
   double widest = nominal;
   for (const Segment& s : segments) widest = std::max(widest, s.width);
   widest = std::min(widest, 4.0 * nominal);  // a wrong width must not make the search endless
-  for_each_sample(facets, task.samples_per_mm2, [&](const Vec3& p) {
+  for_each_sample(facets, task.samples_per_mm2, [&](const Vec3& p, const Facet&) {
     bool covered = false, bead_covered = false;
     grid.visit(p, 0.55 * widest, [&](Index i) {
       const Segment& s = segments[i];
@@ -329,6 +331,92 @@ void measure_coverage(const SheetTask& task, const std::vector<Facet>& facets, c
     ++found.samples;
     found.covered += covered;
     found.bead_covered += bead_covered;
+    if (!covered && found.uncovered.size() < kPlacesKept) found.uncovered.push_back(p);
+  });
+}
+
+// The edges of a sheet that one triangle has.
+class Rim {
+ public:
+  Rim(const LayerStack& printed, const Sheet& sheet, double reach) : edges_(edges_of(printed, sheet)), reach_(reach), grid_(grid_of(edges_, reach)) {}
+  [[nodiscard]] bool near(const Vec3& p) const {
+    return grid_.visit(p, reach_, [&](Index i) {
+      return (closest_point_on_segment(p, edges_[i].from, edges_[i].to) - p).norm() <= reach_;
+    });
+  }
+
+ private:
+  static std::vector<Segment> edges_of(const LayerStack& printed, const Sheet& sheet) {
+    std::vector<std::pair<Index, Index>> pairs;
+    for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
+      const auto& v = printed.triangles[t];
+      for (const auto& [a, b] : {std::pair(v[0], v[1]), std::pair(v[1], v[2]), std::pair(v[2], v[0])}) pairs.emplace_back(std::min(a, b), std::max(a, b));
+    }
+    std::sort(pairs.begin(), pairs.end());
+    std::vector<Segment> edges;
+    for (std::size_t i = 0; i < pairs.size();) {
+      std::size_t end = i;
+      while (end < pairs.size() && pairs[end] == pairs[i]) ++end;
+      if (end == i + 1) {
+        Segment edge;
+        edge.from = printed.vertices[pairs[i].first];
+        edge.to = printed.vertices[pairs[i].second];
+        edges.push_back(edge);
+      }
+      i = end;
+    }
+    return edges;
+  }
+
+  std::vector<Segment> edges_;
+  double reach_;
+  ElementGrid grid_;
+};
+
+// The layers of the model right above a sheet of support.
+class ModelOver {
+ public:
+  ModelOver(const SheetTask& task, const Sheet& sheet) : sheet_(sheet) {
+    if (sheet.material != Material::support) return;
+    const int last = task.options.interface_layers + (task.options.interface_gap_mm > 0.0 ? kMostGapLayers : 0);
+    gap_ = task.options.interface_gap_mm;
+    layers_ = task.options.interface_layers;
+    for (Index s = 0; s < static_cast<Index>(task.printed.sheets.size()); ++s) {
+      const Sheet& other = task.printed.sheets[s];
+      if (other.material != Material::model || other.layer <= sheet.layer || other.layer > sheet.layer + last) continue;
+      above_.emplace_back(other.layer - sheet.layer, SheetSurface(task, s, pieces_of(task.printed, s)));
+    }
+  }
+  bool covers(const Vec3& p, const Facet& f) {
+    const double thickness = f.thickness * sheet_.passes, below_middle = 0.5 - (sheet_.pass + 0.5) / sheet_.passes;
+    for (auto& [layers, surface] : above_) {
+      if (layers > layers_ + std::ceil(gap_ / thickness - 1e-9)) continue;
+      if (surface.footing(p + (layers + below_middle) * thickness * f.normal).distance <= kUnderModel * thickness) return true;
+    }
+    return false;
+  }
+
+ private:
+  static constexpr int kMostGapLayers = 20;
+  const Sheet& sheet_;
+  int layers_ = 0;
+  double gap_ = 0.0;
+  std::vector<std::pair<int, SheetSurface>> above_;
+};
+
+void measure_sparse_coverage(const SheetTask& task, const Sheet& sheet, const std::vector<Facet>& facets,
+                             const std::vector<Segment>& segments, const ElementGrid& grid, SheetFindings& found) {
+  const int m = static_cast<int>(sheet.material);
+  const double near = 0.55 * task.options.bead_width_mm, far = std::max(near, kSparseReach * task.options.line_spacing_mm[m]);
+  const Rim rim(task.printed, sheet, task.options.perimeters[m] * task.options.bead_width_mm);
+  ModelOver model(task, sheet);
+  for_each_sample(facets, task.samples_per_mm2, [&](const Vec3& p, const Facet& f) {
+    const double reach = rim.near(p) || model.covers(p, f) ? near : far;
+    const bool covered = grid.visit(p, reach, [&](Index i) {
+      return (closest_point_on_segment(p, segments[i].from, segments[i].to) - p).norm() <= reach;
+    });
+    ++found.sparse_samples;
+    found.sparse_covered += covered;
     if (!covered && found.uncovered.size() < kPlacesKept) found.uncovered.push_back(p);
   });
 }
@@ -411,6 +499,8 @@ SheetFindings measure_sheet(const SheetTask& task, Index sheet, const std::vecto
   const ElementGrid grid = grid_of(segments, task.options.bead_width_mm);
   if (task.options.dense[static_cast<int>(task.printed.sheets[sheet].material)]) {
     measure_coverage(task, surface.facets(), segments, grid, found);
+  } else if (task.options.line_spacing_mm[static_cast<int>(task.printed.sheets[sheet].material)] > 0.0) {
+    measure_sparse_coverage(task, task.printed.sheets[sheet], surface.facets(), segments, grid, found);
   }
   measure_spacing(task, segments, grid, found);
   return found;

@@ -256,6 +256,15 @@ void check_contradictions(const Json& values, const Json& resolved) {
   if (number("toolpath.min_bead_mm") > number("toolpath.bead_width_mm") || number("toolpath.max_bead_mm") < number("toolpath.bead_width_mm")) {
     fail("config keys toolpath.min_bead_mm, toolpath.bead_width_mm and toolpath.max_bead_mm", "they are not in ascending order");
   }
+  if (const Json& spacing = config_value(resolved, "toolpath.support_line_spacing_mm"); !spacing.is_null()) {
+    if (config_value(resolved, "toolpath.support_fill") != "contour+zigzag") {
+      fail("config keys toolpath.support_line_spacing_mm and toolpath.support_fill", "rings are not spaced",
+           "set support_fill to contour+zigzag");
+    }
+    if (spacing.get<double>() < number("toolpath.bead_width_mm")) {
+      fail("config keys toolpath.support_line_spacing_mm and toolpath.bead_width_mm", "lines are nearer to each other than a bead is wide");
+    }
+  }
   (void)machine_from_config(config_value(resolved, "machine"));  // throws where the machine contradicts itself
   const std::string source = config_value(resolved, "field.source").get<std::string>();
   if (source != "direction" && config_value(resolved, "field.path").is_null()) {

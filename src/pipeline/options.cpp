@@ -156,12 +156,23 @@ const OptionTable<ToolpathOptions>& toolpath_table() {
     t.choice("seam", CURVESUP_FIELD(seam), {"nearest", "aligned", "sharpest_corner", "random"}, "Where a ring starts.");
     t.integer("seed", CURVESUP_FIELD(seed), 0, 4294967295.0, "Seed of the random seam.");
     t.boolean("link_rings", CURVESUP_FIELD(link_rings), "Join the rings of a piece by short steps on the surface.");
-    t.integer("support_batch_layers", CURVESUP_FIELD(support_batch_layers), 1, 1000, "Layers of support that are laid before those of the model.");
+    t.integer("support_batch_layers", CURVESUP_FIELD(support_batch_layers), 1, 1000, "Layers of support that are laid before those of the model, where the nozzle meets none of them.");
     t.number("model_speed_mm_s", CURVESUP_FIELD(material[0].speed_mm_s), 0.1, 500, "Speed of the nozzle on the model.");
     t.number("support_speed_mm_s", CURVESUP_FIELD(material[1].speed_mm_s), 0.1, 500, "Speed of the nozzle on the support.");
+    t.choice("model_fill", CURVESUP_FIELD(material[0].pattern), {"contour", "contour+zigzag"},
+             "Rings all over the model's layers, or some rings and lines inside of them that turn from layer to layer.");
+    t.choice("support_fill", CURVESUP_FIELD(material[1].pattern), {"contour", "contour+zigzag"}, "The same of the support's layers.");
+    t.integer("model_perimeters", CURVESUP_FIELD(material[0].perimeters), 1, 1000, "Rings around the lines of the model.");
+    t.integer("support_perimeters", CURVESUP_FIELD(material[1].perimeters), 1, 1000, "Rings around the lines of the support.");
+    t.number("model_line_angle_deg", CURVESUP_FIELD(material[0].line_angle_deg), -360, 360, "Normal of the model's lines from the x axis, on even layers.");
+    t.number("support_line_angle_deg", CURVESUP_FIELD(material[1].line_angle_deg), -360, 360, "Normal of the support's lines from the x axis, on even layers.");
+    t.optional_number("support_line_spacing_mm", CURVESUP_FIELD(material[1].line_spacing_mm), 0.05, 100,
+                      "Distance of the support's lines; room stays between them, but not right under the model. Null: none.");
+    t.number("batch_clearance_mm", CURVESUP_FIELD(batch_clearance_mm), 0, 100, "Support laid ahead is nowhere this near to the model beads below it.");
+    t.number("overhang_speed_factor", CURVESUP_FIELD(overhang_speed_factor), 0.01, 10, "Factor on the speed where nothing was laid under the bead.");
     t.number("first_layer_speed_factor", CURVESUP_FIELD(first_layer_speed_factor), 0.01, 10, "Factor on the speed where the bead touches the platform.");
-    t.number("min_speed_mm_s", CURVESUP_FIELD(min_speed_mm_s), 0.1, 500, "The small-piece slow-down goes no lower.");
-    t.number("min_layer_time_s", CURVESUP_FIELD(min_layer_time_s), 0, 3600, "Least time for one piece of one layer.");
+    t.number("min_speed_mm_s", CURVESUP_FIELD(min_speed_mm_s), 0.1, 500, "The slow-down of small layers goes no lower.");
+    t.number("min_layer_time_s", CURVESUP_FIELD(min_layer_time_s), 0, 3600, "Least time for a layer of one material; what takes less is laid more slowly.");
     t.number("max_flow_mm3_s", CURVESUP_FIELD(max_flow_mm3_s), 0.01, 1000, "Most plastic that the nozzle melts.");
     t.optional_number("min_height_mm", CURVESUP_FIELD(min_height_mm), 0.001, 100, "Beads are not lower than this; a check when set.");
     t.optional_number("max_height_mm", CURVESUP_FIELD(max_height_mm), 0.001, 100,
@@ -194,6 +205,9 @@ SkeletonOptions skeleton_options(const Json& config) {
 }
 ToolpathOptions toolpath_options(const Json& config) {
   ToolpathOptions options = toolpath_table().read(config);
+  const InterfaceOptions interface = solid_options(config).interface;
+  options.interface_layers = std::max(1, interface.interface_layers);
+  options.interface_gap_mm = interface.top_gap_mm;
   return options;
 }
 
@@ -266,8 +280,16 @@ TrimOptions trim_options(const Json& config) {
 }
 
 ToolpathCertificateOptions toolpath_certificate_options(const Json& config) {
+  const ToolpathOptions toolpath = toolpath_options(config);
   ToolpathCertificateOptions options;
-  options.bead_width_mm = toolpath_options(config).bead_width_mm;
+  options.bead_width_mm = toolpath.bead_width_mm;
+  options.interface_layers = toolpath.interface_layers;
+  options.interface_gap_mm = toolpath.interface_gap_mm;
+  for (int m = 0; m < kMaterialCount; ++m) {
+    options.perimeters[m] = toolpath.material[m].perimeters;
+    options.line_spacing_mm[m] = toolpath.material[m].line_spacing_mm.value_or(0.0);
+    options.dense[m] = options.line_spacing_mm[m] <= options.bead_width_mm;
+  }
   return options;
 }
 

@@ -307,6 +307,15 @@ void toolpath(SliceState& state, const RunContext& run) {
                               {"dust_area_mm2", report.dust_area_mm2},
                               {"rings", report.rings},
                               {"centre_lines", report.centre_lines},
+                              {"lines", report.lines},
+                              {"sparse_pieces", report.sparse_pieces},
+                              {"interface_pieces", report.interface_pieces},
+                              {"overhang_mm", report.overhang_mm},
+                              {"slowed_mm", report.slowed_mm},
+                              {"max_flow_mm3_s", report.max_flow_mm3_s},
+                              {"laying_time_s", report.laying_time_s},
+                              {"groups", report.groups},
+                              {"batched_layers", report.batched_layers},
                               {"jumps", report.jumps},
                               {"jumps_inside_pieces", report.jumps_inside_pieces},
                               {"naive_jumps", report.naive_jumps},
@@ -330,6 +339,7 @@ void certify_paths(SliceState& state, const RunContext& run) {
   Json& toolpath = state.report["toolpath"];
   toolpath["covered_fraction"] = proof.covered_fraction;
   toolpath["overlap"] = proof.overlap;
+  if (proof.sparse_samples > 0) toolpath["sparse_covered_fraction"] = proof.sparse_covered_fraction;
   toolpath["spacing_mm"] = {{"p5", proof.spacing_p5_mm}, {"median", proof.spacing_median_mm}, {"p95", proof.spacing_p95_mm}};
   toolpath["max_point_distance_mm"] = proof.max_point_distance_mm;
   toolpath["segments_off_layer"] = proof.segments_off_layer;

@@ -14,9 +14,11 @@ void reverse(BeadPath& path) {
     const PathPoint& other = path.points[i - 1];
     end.width_mm = other.width_mm;
     end.height_mm = other.height_mm;
+    end.feed_mm_s = other.feed_mm_s;
     end.volume_mm3 = end.height_mm * end.width_mm * (end.position - other.position).norm();
   }
   path.points.front().volume_mm3 = 0.0;
+  if (path.points.size() > 1) path.points.front().feed_mm_s = path.points[1].feed_mm_s;
 }
 
 void start_at(BeadPath& path, std::size_t point) {
@@ -76,32 +78,47 @@ bool BeadTops::rise_beside(std::span<const PieceBeads> pieces) const {
   return found;
 }
 
-bool BeadTops::rises_beside(const PathPoint& point) const {
-  const Vec3 tip = tip_of(point);
+template <class Test>
+bool BeadTops::any_near(const Vec3& place, const Test& test) const {
   for (int y = -1; y <= 1; ++y) {
     for (int z = -1; z <= 1; ++z) {
-      const std::uint64_t first = cell(tip.x() - reach_, tip.y() + y * reach_, tip.z() + z * reach_);
+      const std::uint64_t first = cell(place.x() - reach_, place.y() + y * reach_, place.z() + z * reach_);
       auto at = std::lower_bound(tips_.begin(), tips_.end(), first, [](const auto& a, std::uint64_t c) { return a.first < c; });
       for (; at != tips_.end() && at->first <= first + 2; ++at) {
-        const Vec3 offset = at->second - tip;
-        if (offset.squaredNorm() > reach_ * reach_) continue;
-        if (offset.dot(point.normal) > point.tip_offset_mm) return true;
+        const Vec3 offset = at->second - place;
+        if (offset.squaredNorm() <= reach_ * reach_ && test(offset)) return true;
       }
     }
   }
   return false;
 }
 
-std::vector<Run> order_runs(std::span<const Sheet> sheets, int support_batch_layers, std::span<const char> must_be_first) {
+bool BeadTops::rises_beside(const PathPoint& point) const {
+  return any_near(tip_of(point), [&](const Vec3& offset) { return offset.dot(point.normal) > point.tip_offset_mm; });
+}
+
+bool BeadTops::carries(const PathPoint& point) const {
+  return any_near(point.position - point.tip_offset_mm * point.normal, [](const Vec3&) { return true; });
+}
+
+std::vector<Run> order_runs(std::span<const Sheet> sheets, int support_batch_layers, std::span<const char> must_be_first,
+                            const std::function<bool(Index first, Index layer)>& may_wait) {
   std::vector<Run> runs;
   const int batch = std::max(1, support_batch_layers);
   bool support_first = true;
   int group = 0;
   for (std::size_t begin = 0; begin < sheets.size(); ++group) {
+    const Index first = sheets[begin].layer;
     std::size_t end = begin;
-    while (end < sheets.size() && sheets[end].layer < sheets[begin].layer + batch) ++end;
+    for (Index layer = first; end < sheets.size() && sheets[end].layer < first + batch;) {
+      if (sheets[end].layer != layer) {
+        layer = sheets[end].layer;
+        if (may_wait && !may_wait(first, layer)) break;
+      }
+      ++end;
+    }
     std::array<Run, 2> of_material{Run{group, Material::model, {}}, Run{group, Material::support, {}}};
-    bool forced = batch > 1;
+    bool forced = sheets[end - 1].layer > first;
     for (std::size_t s = begin; s < end; ++s) {
       of_material[static_cast<int>(sheets[s].material)].sheets.push_back(static_cast<Index>(s));
       forced = forced || (s < must_be_first.size() && must_be_first[s]);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 
@@ -29,9 +30,13 @@ class BeadTops {
   void finish();  // after the last add, before the first question
   // True when the nozzle, laying one of these beads, would cut into the upper half bead of one that is there.
   [[nodiscard]] bool rise_beside(std::span<const PieceBeads> pieces) const;
+  // Whether one ends within the reach of the lower side of a bead.
+  [[nodiscard]] bool carries(const PathPoint& point) const;
 
  private:
   [[nodiscard]] std::uint64_t cell(double x, double y, double z) const;
+  template <class Test>
+  [[nodiscard]] bool any_near(const Vec3& place, const Test& test) const;
   [[nodiscard]] bool rises_beside(const PathPoint& point) const;
 
   double reach_;
@@ -50,8 +55,11 @@ struct Run {
   std::vector<Index> sheets;
 };
 //   support_first  by sheet: what it belongs to is a layer whose support must not be laid after its model
+//   may_wait       whether the model of layers `first` to `layer` - 1 may be laid after the support of `layer`; asked only
+//                  where support is laid in batches, for ascending layers
 [[nodiscard]] std::vector<Run> order_runs(std::span<const Sheet> sheets, int support_batch_layers,
-                                          std::span<const char> support_first = {});
+                                          std::span<const char> support_first = {},
+                                          const std::function<bool(Index first, Index layer)>& may_wait = {});
 
 // A short open tour through points from `start`: greedy, then 2-opt and Or-opt. Returns the order. O(n^2) at worst, local
 // moves only between neighbours.

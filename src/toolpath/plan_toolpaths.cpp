@@ -9,6 +9,7 @@
 #include "curvesup/core/parallel.h"
 #include "curvesup/mesh/triangle_mesh.h"
 #include "toolpath/fill_piece.h"
+#include "toolpath/model_above.h"
 #include "toolpath/order.h"
 
 namespace curvesup {
@@ -31,8 +32,16 @@ void validate(const ToolpathOptions& o) {
   require(o.support_batch_layers >= 1, "support_batch_layers", o.support_batch_layers, ">= 1");
   require(o.min_speed_mm_s > 0.0, "min_speed_mm_s", o.min_speed_mm_s, "> 0");
   require(o.travel_speed_mm_s > 0.0, "travel_speed_mm_s", o.travel_speed_mm_s, "> 0");
+  require(o.first_layer_speed_factor > 0.0, "first_layer_speed_factor", o.first_layer_speed_factor, "> 0");
+  require(o.overhang_speed_factor > 0.0, "overhang_speed_factor", o.overhang_speed_factor, "> 0");
+  require(o.interface_layers >= 0, "interface_layers", o.interface_layers, ">= 0");
   for (const auto& material : o.material) {
     require(material.speed_mm_s > 0.0, "speed_mm_s", material.speed_mm_s, "> 0");
+    require(material.perimeters >= 1, "perimeters", material.perimeters, ">= 1");
+    if (!material.line_spacing_mm) continue;
+    require(*material.line_spacing_mm >= o.bead_width_mm, "line_spacing_mm", *material.line_spacing_mm, ">= bead_width_mm");
+    require(material.pattern == FillPattern::contour_zigzag, "line_spacing_mm", *material.line_spacing_mm,
+            "null unless the fill is contour+zigzag");
   }
 }
 
@@ -40,7 +49,9 @@ void validate(const ToolpathOptions& o) {
 struct SheetBeads {
   std::vector<PieceBeads> pieces;
   double layer_volume = 0.0;
-  Index rings = 0, centre_lines = 0, dots = 0, dust = 0, without_path = 0, naive_paths = 0;
+  Index rings = 0, centre_lines = 0, lines = 0, dots = 0, dust = 0, without_path = 0, naive_paths = 0;
+  Index sparse = 0, interface = 0;  // pieces
+  double overhang_mm = 0.0;
   double dust_area = 0.0;
   std::vector<UnprintedPiece> unprinted;
 };
@@ -59,11 +70,19 @@ double sheet_volume(const LayerStack& stack, const Sheet& sheet, std::span<const
   return sum;
 }
 
-SheetBeads plan_sheet(const LayerStack& stack, Index index, std::span<const Vec3> gradient, const ToolpathOptions& options) {
+bool sparse(const MaterialToolpathOptions& material, const ToolpathOptions& options) {
+  return material.line_spacing_mm && *material.line_spacing_mm > options.bead_width_mm;
+}
+
+// `above` is the model's layers where some of the support is sparse.
+SheetBeads plan_sheet(const LayerStack& stack, Index index, std::span<const Vec3> gradient, const ToolpathOptions& options,
+                      const std::optional<ModelAbove>& above) {
   const Sheet& sheet = stack.sheets[index];
+  const bool may_be_sparse = sparse(options.material[static_cast<int>(sheet.material)], options);
+  const double bead_area = options.bead_width_mm * options.bead_width_mm;
   SheetBeads beads;
   beads.layer_volume = sheet_volume(stack, sheet, gradient);
-  const double dust_limit = 0.02 * options.bead_width_mm * options.bead_width_mm;
+  const double dust_limit = 0.02 * bead_area;
   for (PieceMesh& mesh : split_into_pieces(stack, sheet, gradient)) {
     PieceBeads piece{.sheet = index, .area = mesh.area, .centre = Vec3::Zero(), .paths = {}};
     for (const Vec3& v : mesh.vertices) piece.centre += v / static_cast<double>(mesh.vertices.size());
@@ -73,9 +92,14 @@ SheetBeads plan_sheet(const LayerStack& stack, Index index, std::span<const Vec3
       beads.unprinted.push_back({sheet.layer, sheet.material, piece.centre, mesh.area});
       continue;
     }
-    FilledPiece filled = fill_piece(std::move(mesh), sheet, options);
+    const bool interface = may_be_sparse && above && sheet.material == Material::support &&
+                           above->stands_over(mesh, sheet, options.interface_layers, options.interface_gap_mm, bead_area);
+    FilledPiece filled = fill_piece(std::move(mesh), sheet, options, may_be_sparse && !interface);
+    beads.interface += interface;
+    beads.sparse += may_be_sparse && !interface && filled.lines > 0;
     beads.rings += filled.rings;
     beads.centre_lines += filled.centre_lines;
+    beads.lines += filled.lines;
     beads.dots += filled.dots;
     beads.naive_paths += filled.naive_paths;
     piece.paths = std::move(filled.paths);
@@ -87,6 +111,8 @@ SheetBeads plan_sheet(const LayerStack& stack, Index index, std::span<const Vec3
   }
   return beads;
 }
+
+constexpr double kUnderReach = 0.8;  // widths, from the lower side of a bead to the tips of those that carry it
 
 double cross_distance(const PathPoint& point, const Vec3& from) { return (point.position - from).norm(); }
 
@@ -139,26 +165,39 @@ void arrange_paths(PieceBeads& piece, const ToolpathOptions& options, Vec3& at, 
   }
 }
 
-void set_feeds(PieceBeads& piece, Material material, const ToolpathOptions& options) {
-  const double speed = options.material[static_cast<int>(material)].speed_mm_s;
-  double seconds = 0.0;
-  for (BeadPath& path : piece.paths) {
-    for (std::size_t i = 0; i < path.points.size(); ++i) {
-      PathPoint& p = path.points[i];
-      double feed = speed;
-      const bool on_platform = p.position.z() - 1.01 * p.tip_offset_mm * p.normal.z() <= 0.0;
-      if (on_platform) feed *= options.first_layer_speed_factor;
-      const double section = p.width_mm * p.height_mm;
-      if (section > 0.0) feed = std::min(feed, options.max_flow_mm3_s / section);
-      p.feed_mm_s = feed;
-      if (i > 0) seconds += (p.position - path.points[i - 1].position).norm() / feed;
-    }
+// What lies under the beads of a sheet: the sheets of its layer and of the one below that rise less. Asked for only where
+// the speed over nothing differs.
+BeadTops beads_under(std::span<const Sheet> sheets, std::span<const SheetBeads> beads, std::size_t index, const ToolpathOptions& options) {
+  BeadTops under(kUnderReach * options.bead_width_mm);
+  for (std::size_t s = index; s-- > 0 && sheets[s].layer + 1 >= sheets[index].layer;) {
+    if (top_of(sheets[s]) < top_of(sheets[index])) under.add(beads[s].pieces);
   }
-  if (seconds >= options.min_layer_time_s || seconds <= 0.0) return;
-  const double factor = seconds / options.min_layer_time_s;
-  for (BeadPath& path : piece.paths) {
-    for (PathPoint& p : path.points) {
-      p.feed_mm_s = std::max(std::min(options.min_speed_mm_s, p.feed_mm_s), p.feed_mm_s * factor);
+  for (std::size_t s = index + 1; s < sheets.size() && sheets[s].layer == sheets[index].layer; ++s) {
+    if (top_of(sheets[s]) < top_of(sheets[index])) under.add(beads[s].pieces);
+  }
+  under.finish();
+  return under;
+}
+
+// The speed of each segment by its material, by what it lies on and by how much plastic the nozzle melts.
+void set_feeds(SheetBeads& beads, const Sheet& sheet, const ToolpathOptions& options, const BeadTops* under) {
+  const double speed = options.material[static_cast<int>(sheet.material)].speed_mm_s;
+  for (PieceBeads& piece : beads.pieces) {
+    for (BeadPath& path : piece.paths) {
+      for (std::size_t i = 0; i < path.points.size(); ++i) {
+        PathPoint& p = path.points[i];
+        double feed = speed;
+        const bool on_platform = p.position.z() - 1.01 * p.tip_offset_mm * p.normal.z() <= 0.0;
+        if (on_platform) {
+          feed *= options.first_layer_speed_factor;
+        } else if (under != nullptr && !under->carries(p)) {
+          feed *= options.overhang_speed_factor;
+          if (i > 0) beads.overhang_mm += (p.position - path.points[i - 1].position).norm();
+        }
+        const double section = p.width_mm * p.height_mm;
+        if (section > 0.0) feed = std::min(feed, options.max_flow_mm3_s / section);
+        p.feed_mm_s = feed;
+      }
     }
   }
 }
@@ -171,8 +210,12 @@ class Assembly {
     if (started_ && run.material != material_) ++report_.material_changes;
     std::vector<Vec3> centres;
     for (const PieceBeads& piece : pieces) centres.push_back(piece.centre);
+    const std::size_t first_path = paths_.paths.size();
+    const double travel = report_.travel_mm;
+    const Index jumps = report_.jumps;
     for (const Index i : short_tour(centres, at_)) append(run, pieces[i]);
     report_.groups = run.group + 1;
+    slow_down(first_path, (report_.travel_mm - travel) / options_.travel_speed_mm_s + (report_.jumps - jumps) * options_.jump_overhead_s);
   }
 
   ToolpathResult finish() {
@@ -180,7 +223,7 @@ class Assembly {
     report_.points = static_cast<Index>(paths_.points.size());
     const double section = 0.25 * std::numbers::pi * options_.filament_diameter_mm * options_.filament_diameter_mm;
     for (int m = 0; m < kMaterialCount; ++m) report_.filament_mm[m] = report_.volume_mm3[m] / section;
-    report_.time_s += report_.travel_mm / options_.travel_speed_mm_s + report_.jumps * options_.jump_overhead_s +
+    report_.time_s = report_.laying_time_s + report_.travel_mm / options_.travel_speed_mm_s + report_.jumps * options_.jump_overhead_s +
                       report_.material_changes * options_.material_change_s;
     return {std::move(paths_), std::move(report_)};
   }
@@ -194,7 +237,6 @@ class Assembly {
     const Sheet& sheet = stack_.sheets[piece.sheet];
     Vec3 at = at_;
     arrange_paths(piece, options_, at, random_);
-    set_feeds(piece, sheet.material, options_);
     bool first_of_piece = true;
     const int m = static_cast<int>(sheet.material);
     for (const BeadPath& path : piece.paths) {
@@ -220,7 +262,7 @@ class Assembly {
         const double length = (p.position - path.points[i - 1].position).norm();
         report_.length_mm[m] += length;
         report_.volume_mm3[m] += p.volume_mm3;
-        report_.time_s += length / p.feed_mm_s;
+        report_.max_flow_mm3_s = std::max(report_.max_flow_mm3_s, p.width_mm * p.height_mm * p.feed_mm_s);
         report_.min_height_mm = report_.max_height_mm == 0.0 ? p.height_mm : std::min(report_.min_height_mm, p.height_mm);
         report_.max_height_mm = std::max(report_.max_height_mm, p.height_mm);
       }
@@ -230,6 +272,34 @@ class Assembly {
     }
     piece.paths.clear();
     piece.paths.shrink_to_fit();
+  }
+
+  // Gives what was laid since `first_path`, with so much time between its paths, the least time of a layer: on it the next
+  // one may be laid at once.
+  void slow_down(std::size_t first_path, double other_s) {
+    const auto for_segments = [&](const auto& use) {
+      for (std::size_t i = first_path; i < paths_.paths.size(); ++i) {
+        const Path& path = paths_.paths[i];
+        for (Index k = path.first_point; k < path.first_point + path.point_count; ++k) {
+          const bool first = k == path.first_point;
+          use(paths_.points[k], first ? 0.0 : (paths_.points[k].position - paths_.points[k - 1].position).norm());
+        }
+      }
+    };
+    double laying_s = 0.0;
+    for_segments([&](const PathPoint& p, double length) { laying_s += length / p.feed_mm_s; });
+    const double wanted_s = options_.min_layer_time_s - other_s;
+    if (laying_s > 0.0 && laying_s < wanted_s) {
+      const double factor = laying_s / wanted_s;
+      laying_s = 0.0;
+      for_segments([&](PathPoint& p, double length) {
+        const double slow = std::max(std::min(options_.min_speed_mm_s, p.feed_mm_s), p.feed_mm_s * factor);
+        if (slow < p.feed_mm_s) report_.slowed_mm += length;
+        p.feed_mm_s = slow;
+        laying_s += length / slow;
+      });
+    }
+    report_.laying_time_s += laying_s;
   }
 
   const LayerStack& stack_;
@@ -268,11 +338,28 @@ std::vector<char> find_support_first(std::span<const Sheet> sheets, std::span<co
   return first;
 }
 
+// Whether the model of layers first .. layer - 1 may wait for the support of `layer`: the nozzle finds none of it above itself.
+bool model_may_wait(std::span<const Sheet> sheets, std::span<const SheetBeads> beads, Index first, Index layer, double clearance) {
+  BeadTops support(clearance);
+  for (std::size_t s = 0; s < sheets.size(); ++s) {
+    if (sheets[s].layer == layer && sheets[s].material == Material::support) support.add(beads[s].pieces);
+  }
+  support.finish();
+  for (std::size_t s = 0; s < sheets.size(); ++s) {
+    if (sheets[s].layer < first || sheets[s].layer >= layer || sheets[s].material != Material::model) continue;
+    if (support.rise_beside(beads[s].pieces)) return false;
+  }
+  return true;
+}
+
 void add_checks(ToolpathReport& report, const ToolpathOptions& options) {
   auto& checks = report.checks;
   checks.push_back(check_equal("toolpath.pieces_without_path", report.pieces_without_path, 0,
                                "every piece of every layer has a path"));
+  checks.push_back(check_at_most("toolpath.max_flow_mm3_s", report.max_flow_mm3_s, options.max_flow_mm3_s * (1.0 + 1e-9),
+                                 "fastest flow, width times height times speed"));
   for (int m = 0; m < kMaterialCount; ++m) {
+    if (sparse(options.material[m], options)) continue;  // open on purpose; certificate.toolpath_coverage looks at the lines
     const double layers = report.layer_volume_mm3[m];
     const double off = layers > 0.0 ? std::abs(report.volume_mm3[m] / layers - 1.0) : 0.0;
     checks.push_back(check_at_most(m == 0 ? "toolpath.model_volume" : "toolpath.support_volume", off, 0.01,
@@ -295,9 +382,18 @@ ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const Lay
   validate(options);
   const std::size_t sheet_count = printed.sheets.size();
   std::vector<SheetBeads> sheets(sheet_count);
+  std::optional<ModelAbove> above;
+  if (sparse(options.material[static_cast<int>(Material::support)], options)) above.emplace(printed);
   parallel_for(sheet_count, 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t s = begin; s < end; ++s) {
-      sheets[s] = plan_sheet(printed, static_cast<Index>(s), triangle_gradient, options);
+      sheets[s] = plan_sheet(printed, static_cast<Index>(s), triangle_gradient, options, above);
+    }
+  });
+  parallel_for(sheet_count, 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t s = begin; s < end; ++s) {
+      std::optional<BeadTops> under;
+      if (options.overhang_speed_factor != 1.0) under = beads_under(printed.sheets, sheets, s, options);
+      set_feeds(sheets[s], printed.sheets[s], options, under ? &*under : nullptr);
     }
   });
   run.progress(0.9);
@@ -305,7 +401,12 @@ ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const Lay
   const std::vector<char> support_first = find_support_first(printed.sheets, sheets, options, run);
   Assembly assembly(printed, options);
   ToolpathReport& report = assembly.report();
-  for (const Run& material_run : order_runs(printed.sheets, options.support_batch_layers, support_first)) {
+  const auto may_wait = [&](Index first, Index layer) {
+    const bool may = model_may_wait(printed.sheets, sheets, first, layer, options.batch_clearance_mm);
+    report.batched_layers += may;
+    return may;
+  };
+  for (const Run& material_run : order_runs(printed.sheets, options.support_batch_layers, support_first, may_wait)) {
     run.check_stop();
     std::vector<PieceBeads> pieces;
     const Sheet* laid = nullptr;
@@ -327,6 +428,10 @@ ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const Lay
     report.layer_volume_mm3[static_cast<int>(printed.sheets[s].material)] += from.layer_volume;
     report.rings += from.rings;
     report.centre_lines += from.centre_lines;
+    report.lines += from.lines;
+    report.sparse_pieces += from.sparse;
+    report.interface_pieces += from.interface;
+    report.overhang_mm += from.overhang_mm;
     report.dots += from.dots;
     report.dust_pieces += from.dust;
     report.dust_area_mm2 += from.dust_area;

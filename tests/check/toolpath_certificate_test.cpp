@@ -309,6 +309,88 @@ TEST(ToolpathCertificate, SparseMaterialIsNotMeasuredForArea) {
   EXPECT_EQ(c.samples, 0);
 }
 
+// A plate of support with two rings and lines 2.4 mm apart in them.
+struct SparseScene : Scene {
+  explicit SparseScene() : Scene(0) {
+    printed.sheets.push_back({.layer = 0, .material = Material::support});
+    add_plate(Vec3(0, 0, 0.4), kLong);
+    for (int i = 0; i < 2; ++i) add_square((i + 0.5) * kWidth);
+    for (double x = 1.8 + 1.2; x < kLong - 1.8; x += kSpacing) add_line(Vec3(x, 1.8, 0.4), Vec3(x, kLong - 1.8, 0.4));
+  }
+  static constexpr double kLong = 24.0, kSpacing = 2.4;
+
+  void add_square(double inset) {
+    const double far = kLong - inset;
+    const std::vector<Vec3> corners{{inset, inset, 0.4}, {far, inset, 0.4}, {far, far, 0.4}, {inset, far, 0.4}, {inset, inset, 0.4}};
+    add(corners, PathKind::contour);
+  }
+  void add_line(const Vec3& from, const Vec3& to) { add({from, to}, PathKind::infill); }
+  void add(const std::vector<Vec3>& places, PathKind kind) {
+    Path path{.layer = 0, .material = Material::support, .kind = kind, .first_point = static_cast<Index>(toolpaths.points.size())};
+    path.point_count = static_cast<Index>(places.size());
+    for (const Vec3& p : places) toolpaths.points.push_back({.position = p});
+    toolpaths.paths.push_back(path);
+    lay_beads(path, kThickness, kWidth);
+  }
+  void add_model_above() {
+    printed.sheets.push_back({.layer = 1, .first_triangle = static_cast<Index>(printed.triangles.size())});
+    add_plate(Vec3(4, 4, 1.2), 12.0);
+    for (int i = 0; i < 15; ++i) {
+      Path path{.layer = 1, .first_point = static_cast<Index>(toolpaths.points.size()), .point_count = 2, .group = 1};
+      for (const double x : {4.0, 16.0}) toolpaths.points.push_back({.position = Vec3(x, 4.4 + 0.8 * i, 1.2)});
+      toolpaths.paths.push_back(path);
+      lay_beads(path, kThickness, kWidth);
+    }
+  }
+  [[nodiscard]] ToolpathCertificate certify_sparse() const {
+    ToolpathCertificateOptions options{.bead_width_mm = kWidth, .dense = {true, false}};
+    options.line_spacing_mm[1] = kSpacing;
+    return certify_toolpaths(domain, field, printed, toolpaths, options);
+  }
+};
+
+TEST(ToolpathCertificate, RoomBetweenSparseLinesIsNoGap) {
+  const ToolpathCertificate c = SparseScene().certify_sparse();
+  EXPECT_EQ(failed(c), Names{});
+  EXPECT_EQ(c.checks.size(), 12u);  // sparse coverage instead of the volume
+  EXPECT_GT(c.sparse_samples, 2000);
+  EXPECT_GT(c.sparse_covered_fraction, 0.99);
+}
+
+TEST(ToolpathCertificate, SeesAMissingSparseLine) {
+  SparseScene scene;
+  scene.toolpaths.paths.erase(scene.toolpaths.paths.begin() + 5);
+  const ToolpathCertificate c = scene.certify_sparse();
+  EXPECT_EQ(failed(c), (Names{"sparse_coverage"}));
+  EXPECT_FALSE(c.uncovered.empty());
+}
+
+TEST(ToolpathCertificate, SeesAMissingRingAroundSparseLines) {
+  SparseScene scene;
+  scene.toolpaths.paths.erase(scene.toolpaths.paths.begin());
+  EXPECT_EQ(failed(scene.certify_sparse()), (Names{"sparse_coverage"}));
+}
+
+TEST(ToolpathCertificate, SeesSparseLinesRightUnderTheModel) {
+  SparseScene scene;
+  scene.add_model_above();
+  const ToolpathCertificate c = scene.certify_sparse();
+  EXPECT_EQ(failed(c), (Names{"sparse_coverage"}));
+  for (const auto& place : c.uncovered) EXPECT_GT(place.position.x(), 3.5);
+  // ... and that they are full there.
+  for (double x = 1.8 + 1.2; x < 24.0 - 1.8; x += 0.8) scene.add_line(Vec3(x, 1.8, 0.4), Vec3(x, 24.0 - 1.8, 0.4));
+  EXPECT_GT(scene.certify_sparse().sparse_covered_fraction, 0.98);
+}
+
+TEST(ToolpathCertificate, SeesBeadsOfTheSupportTooThin) {
+  Scene scene;
+  for (Sheet& sheet : scene.printed.sheets) sheet.material = Material::support;
+  for (Path& path : scene.toolpaths.paths) path.material = Material::support;
+  EXPECT_EQ(failed(scene.certify()), Names{});
+  for (const Path& path : scene.toolpaths.paths) scene.lay_beads(path, kThickness, 0.98 * kWidth);
+  EXPECT_EQ(failed(scene.certify()), (Names{"support_volume"}));
+}
+
 TEST(ToolpathCertificate, EmptyInputHoldsTrivially) {
   EXPECT_EQ(failed(certify_toolpaths({}, {}, {}, {})), Names{});
 }

@@ -106,6 +106,8 @@ TEST_F(ConfigFiles, ContradictionsNameBothKeys) {
   for (const auto& [text, first, second] :
        {std::tuple{R"({"layers": {"count": 5, "thickness_mm": 1}})", "layers.count", "layers.thickness_mm"},
         std::tuple{R"({"support": {"leaf_radius_mm": 0.3}})", "support.leaf_radius_mm", "toolpath.bead_width_mm"},
+        std::tuple{R"({"toolpath": {"support_line_spacing_mm": 2.4}})", "support_line_spacing_mm", "support_fill"},
+        std::tuple{R"({"toolpath": {"support_fill": "contour+zigzag", "support_line_spacing_mm": 0.5}})", "support_line_spacing_mm", "bead_width_mm"},
         std::tuple{R"({"field": {"source": "scalar_file"}})", "field.source", "field.path"}}) {
     const ConfigSource source = read_config(write("config.json", text));
     const std::string message = message_of([&] { (void)resolve_config(source); });

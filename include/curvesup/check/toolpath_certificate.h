@@ -15,6 +15,12 @@ struct ToolpathCertificateOptions {
   double bead_width_mm = 0.8;
   // False for a material that is filled sparsely on purpose: it is left out of coverage, overlap and volume sums.
   std::array<bool, kMaterialCount> dense{true, true};
+  // Of a material that is filled by lines with room between them: their spacing, and the number of rings around them. 0: it
+  // is not looked at.
+  std::array<double, kMaterialCount> line_spacing_mm{};
+  std::array<int, kMaterialCount> perimeters{2, 2};
+  int interface_layers = 1;       // support that near under the model is dense all the same ...
+  double interface_gap_mm = 0.0;  // ... with that gap between them
 
   double samples_per_mm2 = 4.0;  // of coverage; thinned evenly over all sheets beyond most_samples
   double most_samples = 400e3;
@@ -36,6 +42,8 @@ struct ToolpathCertificateOptions {
 //
 // Coverage: points spread evenly over the triangles of a sheet; one is covered when a path of the same sheet (layer,
 //   pass, passes, material) passes within 0.55 w.
+// Coverage of sparse sheets: a place is covered when a path passes within 0.6 of the spacing of lines; but within 0.55 w where
+//   it lies no farther from the border than the rings go, or, in support, right under a layer of the model.
 // Overlap: sum of width * length over the covered area, less 1.
 // Spacing: from points of rings, at right angles to the path along the layer and to both sides, the distance to the
 //   first path within 1.75 w, where that is a ring that runs parallel within 25 degrees. A ring is a part of a contour
@@ -58,6 +66,8 @@ struct ToolpathCertificate {
   double covered_fraction = 1.0;       // within 0.55 w
   double bead_covered_fraction = 1.0;  // within 0.55 of the width that the bead has there
   double overlap = 0.0;
+  Index sparse_samples = 0;
+  double sparse_covered_fraction = 1.0;
   std::vector<PlaceOnLayer> uncovered;  // some uncovered points, value 0; at most 20
 
   Index spacing_samples = 0;
