@@ -146,13 +146,15 @@ class Chunker {
 Chain schedule_chain(const Motion& motion, const PathMotion& path, const Machine& machine, const EmitOptions& options) {
   Chain chain;
   chain.motion = &path;
-  const Waypoint* points = motion.waypoints.data() + path.first_waypoint;
   if (path.waypoint_count == 0) return chain;
+  std::vector<Waypoint> points;
+  points.reserve(static_cast<std::size_t>(path.waypoint_count));
+  for (Index i = 0; i < path.waypoint_count; ++i) points.push_back(motion.waypoints[path.first_waypoint + i]);
   chain.start_tip_mm = points[0].tip_mm;
   chain.moves.reserve(static_cast<std::size_t>(path.waypoint_count));
   const double fraction = machine.tolerances.blend_fraction;
   const std::vector<double> blends =
-      blends_with_stops({points, static_cast<std::size_t>(path.waypoint_count)}, options.max_ahead_s);
+      blends_with_stops(points, options.max_ahead_s);
   double since_stop = options.stop_margin_s;
   for (Index i = 1; i < path.waypoint_count; ++i) {
     const double ramp = points[i].speed_mm_s / (1000.0 * machine.speeds.print_acceleration_m_s2);

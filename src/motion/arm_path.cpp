@@ -52,18 +52,19 @@ class PostureGraph {
       ArmFault least = ArmFault::reach;
       bool any = false;
       for (std::size_t y = 0; y < yaws_.size(); ++y) {
-        const IkSolutions solutions =
-            inverse_kinematics(cell_.machine().arm, cell_.flange_frame(draft.tip, draft.axis, yaws_[y]));
-        for (int i = 0; i < solutions.count; ++i) {
-          double metric = 0.0;
-          const ArmFault found = cell_.arm_fault(solutions.joints[i], &metric);
+        std::array<Posture, kBranches> postures;
+        const int found_postures = inverse_kinematics(
+            cell_.machine().arm, cell_.flange_frame(draft.tip, draft.axis, yaws_[y]), postures);
+        for (int i = 0; i < found_postures; ++i) {
+          const Posture& posture = postures[static_cast<std::size_t>(i)];
+          const ArmFault found = cell_.arm_fault(posture);
           if (found != ArmFault::none) {
             if (least == ArmFault::reach) least = found;
             continue;
           }
-          const int state = static_cast<int>(y) * kBranches + solutions.branch[i];
-          joints[state] = solutions.joints[i];
-          const double own = discomfort(metric) * (0.5 + length) + 0.002 * yaws_[y] * yaws_[y];
+          const int state = static_cast<int>(y) * kBranches + posture.branch;
+          joints[state] = posture.joints;
+          const double own = discomfort(posture.singularity) * (0.5 + length) + 0.002 * yaws_[y] * yaws_[y];
           const double way = passed == 0 ? start_cost(state, joints[state], from_state)
                                          : arrive(passed, state, joints[state], previous, length);
           if (way >= kForbidden || touches(joints[state], draft.point)) continue;
@@ -172,43 +173,37 @@ std::vector<std::size_t> key_waypoints(std::span<const DraftPoint> drafts, doubl
   return keys;
 }
 
-// The whole path in one branch and with one turn of the head, when that is comfortable all along; `keys` are looked at
-// first.
-std::optional<ArmSection> hold_posture(const Cell& cell, std::span<const DraftPoint> drafts,
-                                       const std::vector<std::size_t>& keys, int branch, double yaw) {
-  const auto solve = [&](const DraftPoint& draft, Joints& joints) {
-    double metric = 0.0;
-    return cell.solve(draft.tip, draft.axis, yaw, branch, joints, &metric) == ArmFault::none && metric >= kComfort;
-  };
+// The posture at a waypoint when it is comfortable.
+bool comfortable(const Cell& cell, const DraftPoint& draft, int branch, double yaw, Joints& joints) {
+  double metric = 0.0;
+  return cell.solve(draft.tip, draft.axis, yaw, branch, joints, &metric) == ArmFault::none && metric >= kComfort;
+}
+
+bool keys_comfortable(const Cell& cell, std::span<const DraftPoint> drafts, const std::vector<std::size_t>& keys,
+                      int branch, double yaw) {
   Joints joints;
   for (const std::size_t key : keys) {
-    if (!solve(drafts[key], joints)) return std::nullopt;
+    if (!comfortable(cell, drafts[key], branch, yaw, joints)) return false;
   }
-  ArmSection section;
-  section.branch = branch;
-  section.points.reserve(drafts.size());
-  for (const DraftPoint& draft : drafts) {
-    ArmPoint point{draft, yaw, {}};
-    if (!solve(draft, point.joints)) return std::nullopt;
-    if (!section.points.empty() &&
-        largest_joint_step(section.points.back().joints, point.joints) > 0.5 * kMostKeyStep) {
-      return std::nullopt;
-    }
-    section.points.push_back(point);
-  }
-  return section;
+  return true;
+}
+
+// Turns of the head, nearest to the one before first, that one itself at their head.
+std::vector<double> yaws_from(int yaw_samples, double before) {
+  std::vector<double> yaws = yaw_values(yaw_samples);
+  std::stable_sort(yaws.begin(), yaws.end(),
+                   [&](double a, double b) { return std::abs(a - before) < std::abs(b - before); });
+  yaws.insert(yaws.begin(), before);
+  return yaws;
 }
 
 // The path as the arm stands before, or with its head turned as little as serves.
 std::optional<ArmSection> keep_posture(const Cell& cell, std::span<const DraftPoint> drafts,
                                        const std::vector<std::size_t>& keys, int yaw_samples, const ArmState& before) {
   if (!before.known) return std::nullopt;
-  std::vector<double> yaws = yaw_values(yaw_samples);
-  std::stable_sort(yaws.begin(), yaws.end(),
-                   [&](double a, double b) { return std::abs(a - before.yaw) < std::abs(b - before.yaw); });
-  yaws.insert(yaws.begin(), before.yaw);
-  for (const double yaw : yaws) {
-    if (auto section = hold_posture(cell, drafts, keys, before.branch, yaw)) return section;
+  for (const double yaw : yaws_from(yaw_samples, before.yaw)) {
+    if (!keys_comfortable(cell, drafts, keys, before.branch, yaw)) continue;
+    if (auto section = hold_posture(cell, drafts, before.branch, yaw)) return section;
   }
   return std::nullopt;
 }
@@ -295,16 +290,20 @@ std::size_t unwrap_section(const Cell& cell, ArmSection& section, const ArmState
 }
 
 // Where the first segment turns a joint too far and is too short to be divided (a crease of the layer), the first waypoint
-// takes a posture nearer to the second's: the arm gets there by a travel.
+// takes a posture nearer to the second's: the arm gets there by a travel. The layer's normal is taken from between the two
+// as well, since the segment lies on the crease's other side.
 void ease_start(const Cell& cell, ArmSection& section) {
   if (section.points.size() < 2) return;
   ArmPoint& start = section.points[0];
   const ArmPoint& next = section.points[1];
   const double step = largest_joint_step(start.joints, next.joints), most = cell.machine().arm.max_joint_step_rad;
   if (step <= most) return;
+  const double lean = cell.machine().tolerances.max_tilt_deviation.radians();
   for (double share = 1.0 - 0.9 * most / step; share < 1.0; share += 0.25 * most / step) {
     ArmPoint eased = start;
-    eased.draft.axis = ((1.0 - share) * start.draft.axis + share * next.draft.axis).normalized();
+    eased.draft.normal = ((1.0 - share) * start.draft.normal + share * next.draft.normal).normalized();
+    eased.draft.axis = limited_axis(((1.0 - share) * start.draft.axis + share * next.draft.axis).normalized(),
+                                    eased.draft.normal, lean);
     eased.yaw = (1.0 - share) * start.yaw + share * next.yaw;
     if (cell.solve(eased.draft.tip, eased.draft.axis, eased.yaw, section.branch, eased.joints) != ArmFault::none) return;
     if (largest_joint_step(eased.joints, next.joints) > 0.98 * most) continue;
@@ -353,14 +352,46 @@ const char* touching_link(const Cell& cell, const Deposit& deposit, const Joints
   return nullptr;
 }
 
+std::optional<double> held_yaw(const Cell& cell, std::span<const DraftPoint> drafts, const MotionOptions& options,
+                               double yaw_before, int branch) {
+  const std::vector<std::size_t> keys = key_waypoints(drafts, options.key_spacing_mm);
+  if (keys_comfortable(cell, drafts, keys, branch, yaw_before)) return yaw_before;
+  for (const double yaw : yaws_from(options.yaw_samples, yaw_before)) {
+    if (keys_comfortable(cell, drafts, keys, branch, yaw)) return yaw;
+  }
+  return std::nullopt;
+}
+
+std::optional<ArmSection> hold_posture(const Cell& cell, std::span<const DraftPoint> drafts, int branch, double yaw) {
+  ArmSection section;
+  section.branch = branch;
+  section.points.reserve(drafts.size());
+  for (const DraftPoint& draft : drafts) {
+    ArmPoint point{draft, yaw, {}};
+    if (!comfortable(cell, draft, branch, yaw, point.joints)) return std::nullopt;
+    if (!section.points.empty() &&
+        largest_joint_step(section.points.back().joints, point.joints) > 0.5 * kMostKeyStep) {
+      return std::nullopt;
+    }
+    section.points.push_back(point);
+  }
+  return section;
+}
+
+ArmPath cut_section(const Cell& cell, ArmSection section, const ArmState& before) {
+  ArmPath path;
+  ArmState state = before;
+  append_section(cell, std::move(section), state, path.sections);
+  return path;
+}
+
 ArmPath plan_arm_path(const Cell& cell, const Deposit* obstacles, std::span<const DraftPoint> drafts,
                       const MotionOptions& options, const ArmState& before) {
   ArmPath path;
   ArmState state = before;
   std::vector<std::size_t> keys = key_waypoints(drafts, options.key_spacing_mm);
   if (auto kept = obstacles ? std::nullopt : keep_posture(cell, drafts, keys, options.yaw_samples, before)) {
-    append_section(cell, std::move(*kept), state, path.sections);
-    return path;
+    return cut_section(cell, std::move(*kept), before);
   }
   std::size_t first = 0;
   int refined = 0;

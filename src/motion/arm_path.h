@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -44,6 +45,15 @@ struct ArmState {
 //   obstacles  what forearm and wrist must not touch as it lies when each waypoint is reached; may be null
 [[nodiscard]] ArmPath plan_arm_path(const Cell& cell, const Deposit* obstacles, std::span<const DraftPoint> drafts,
                                     const MotionOptions& options, const ArmState& before);
+
+// What plan_arm_path() tries first, in steps that do not need each other's joints: the turn of the head nearest to the
+// one before with which the path can be held, as far as its key waypoints tell; the whole path held so, when that is
+// comfortable all along; and the sections it is cut into.
+[[nodiscard]] std::optional<double> held_yaw(const Cell& cell, std::span<const DraftPoint> drafts,
+                                             const MotionOptions& options, double yaw_before, int branch);
+[[nodiscard]] std::optional<ArmSection> hold_posture(const Cell& cell, std::span<const DraftPoint> drafts, int branch,
+                                                     double yaw);
+[[nodiscard]] ArmPath cut_section(const Cell& cell, ArmSection section, const ArmState& before);
 
 // The link of the arm that touches what is laid before a toolpath point, or null.
 [[nodiscard]] const char* touching_link(const Cell& cell, const Deposit& deposit, const Joints& joints, Index before,

@@ -75,21 +75,19 @@ void Cell::tip_of(const Joints& joints, Vec3& tip_mm, Vec3& axis) const {
   axis = tcp.linear().col(2);
 }
 
-ArmFault Cell::arm_fault(const Joints& joints, double* metric) const {
+bool Cell::within_limits(const Joints& joints) const {
   for (int i = 0; i < 6; ++i) {
     if (joints[i] >= low_[i] && joints[i] <= high_[i]) continue;
     const double up = joints[i] + kTurn * std::ceil((low_[i] - joints[i]) / kTurn);
-    if (up > high_[i]) return ArmFault::limit;
+    if (up > high_[i]) return false;
   }
-  const std::array<Frame, 6> frames = link_frames(machine_.arm, joints);
-  const double d4 = std::abs(machine_.arm.dh[3].d_m);
-  const Vec3 wrist = frames[4].translation();
-  const double value = std::min(
-      {std::abs(std::sin(joints[4])), std::abs(std::sin(joints[2])), (std::hypot(wrist.x(), wrist.y()) - d4) / d4});
-  if (metric) *metric = value;
-  if (value < machine_.arm.min_singularity_metric) return ArmFault::singular;
+  return true;
+}
+
+ArmFault Cell::fault_at(double singularity, const std::array<Vec3, 5>& origins) const {
+  if (singularity < machine_.arm.min_singularity_metric) return ArmFault::singular;
   const Vec3 up = platform_.linear().col(2);
-  const auto height = [&](int frame) { return 1e3 * up.dot(frames[frame].translation() - platform_.translation()); };
+  const auto height = [&](int frame) { return 1e3 * up.dot(origins[frame - 1] - platform_.translation()); };
   const double table = machine_.platform.table_clearance_mm;
   const ArmBody& body = machine_.arm.body;
   if (std::min(height(1), height(2)) < table + body.forearm_radius_mm) return ArmFault::table;
@@ -97,10 +95,30 @@ ArmFault Cell::arm_fault(const Joints& joints, double* metric) const {
   return ArmFault::none;
 }
 
+ArmFault Cell::arm_fault(const Joints& joints, double* metric) const {
+  if (!within_limits(joints)) return ArmFault::limit;
+  const std::array<Frame, 6> frames = link_frames(machine_.arm, joints);
+  const double d4 = std::abs(machine_.arm.dh[3].d_m);
+  const Vec3 wrist = frames[4].translation();
+  const double value = std::min(
+      {std::abs(std::sin(joints[4])), std::abs(std::sin(joints[2])), (std::hypot(wrist.x(), wrist.y()) - d4) / d4});
+  if (metric) *metric = value;
+  return fault_at(value, {frames[1].translation(), frames[2].translation(), frames[3].translation(),
+                          frames[4].translation(), frames[5].translation()});
+}
+
+ArmFault Cell::arm_fault(const Posture& posture) const {
+  if (!within_limits(posture.joints)) return ArmFault::limit;
+  return fault_at(posture.singularity, posture.origins);
+}
+
 ArmFault Cell::solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Joints& joints,
                      double* metric) const {
-  if (!inverse_kinematics(machine_.arm, flange_frame(tip_mm, axis, yaw), branch, joints)) return ArmFault::reach;
-  return arm_fault(joints, metric);
+  Posture posture;
+  if (!inverse_kinematics(machine_.arm, flange_frame(tip_mm, axis, yaw), branch, posture)) return ArmFault::reach;
+  joints = posture.joints;
+  if (metric) *metric = posture.singularity;
+  return arm_fault(posture);
 }
 
 std::array<Cell::Capsule, 4> Cell::links(const Joints& joints) const {

@@ -30,6 +30,7 @@ class Cell {
   // Joint limits with margin (some whole turn fits), singularity, links above the table. `metric` gets the singularity
   // metric.
   [[nodiscard]] ArmFault arm_fault(const Joints& joints, double* metric = nullptr) const;
+  [[nodiscard]] ArmFault arm_fault(const Posture& posture) const;
   // The fault of the branch at a pose, with its joints.
   [[nodiscard]] ArmFault solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Joints& joints,
                                double* metric = nullptr) const;
@@ -52,6 +53,9 @@ class Cell {
  private:
   Machine machine_;
   HeadShape head_;
+  [[nodiscard]] bool within_limits(const Joints& joints) const;
+  [[nodiscard]] ArmFault fault_at(double singularity, const std::array<Vec3, 5>& origins) const;
+
   Frame platform_, platform_inverse_, tcp_, tcp_inverse_;
   Joints low_, high_, speed_;
 };

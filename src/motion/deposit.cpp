@@ -29,74 +29,130 @@ double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
 }  // namespace
 
 Deposit::Deposit(std::span<const Path> paths, std::span<const PathPoint> points, std::span<const Vec3> tips,
-                 double spacing_mm) {
-  double top = 0.0;
+                 double spacing_mm)
+    : spacing_mm_(spacing_mm) {
   for (const Path& path : paths) {
-    for (Index i = path.first_point; i < path.first_point + path.point_count; ++i) {
-      top = std::max(top, tips[i].z());
-      const bool laid = i > path.first_point && points[i].volume_mm3 > 0.0;
-      const int pieces =
-          laid ? std::max(1, static_cast<int>(std::ceil((tips[i] - tips[i - 1]).norm() / spacing_mm))) : 1;
-      if (!laid && i > path.first_point) continue;
-      for (int s = 1; s <= pieces; ++s) {
-        const double t = static_cast<double>(s) / pieces;
-        samples_.push_back({laid ? Vec3((1.0 - t) * tips[i - 1] + t * tips[i]) : tips[i], i});
-      }
-    }
-    top_.push_back(top);
-    path_end_.push_back(path.first_point + path.point_count);
+    const auto first = static_cast<std::size_t>(path.first_point), count = static_cast<std::size_t>(path.point_count);
+    add_path(points.subspan(first, count), tips.subspan(first, count));
   }
+  finish();
+}
+
+void Deposit::add_path(std::span<const PathPoint> points, std::span<const Vec3> tips) {
+  const Index first = path_end_.empty() ? 0 : path_end_.back();
+  double top = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    top = std::max(top, tips[i].z());
+    const bool laid = i > 0 && points[i].volume_mm3 > 0.0;
+    if (!laid && i > 0) continue;
+    const int pieces = laid ? std::max(1, static_cast<int>(std::ceil((tips[i] - tips[i - 1]).norm() / spacing_mm_))) : 1;
+    for (int s = 1; s <= pieces; ++s) {
+      const double t = static_cast<double>(s) / pieces;
+      const Vec3 at = laid ? Vec3((1.0 - t) * tips[i - 1] + t * tips[i]) : tips[i];
+      samples_.push_back({static_cast<float>(at.x()), static_cast<float>(at.y()), static_cast<float>(at.z()),
+                          first + static_cast<Index>(i)});
+    }
+  }
+  own_top_.push_back(top);
+  path_end_.push_back(first + static_cast<Index>(points.size()));
+}
+
+void Deposit::finish() {
+  find_tops();
   build();
+}
+
+void Deposit::find_tops() {
+  top_.resize(own_top_.size());
+  double top = 0.0;
+  for (std::size_t p = 0; p < own_top_.size(); ++p) top_[p] = top = std::max(top, own_top_[p]);
+}
+
+void Deposit::reorder(std::size_t first, std::span<const Index> order) {
+  const Index begin = first > 0 ? path_end_[first - 1] : 0;
+  const auto old_begin = [&](std::size_t path) { return path > 0 ? path_end_[path - 1] : 0; };
+  std::vector<Index> ends(order.size()), shift(order.size());
+  std::vector<double> tops(order.size());
+  Index at = begin;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::size_t was = first + static_cast<std::size_t>(order[i]);
+    shift[static_cast<std::size_t>(order[i])] = at - old_begin(was);
+    tops[i] = own_top_[was];
+    ends[i] = at += path_end_[was] - old_begin(was);
+  }
+  const auto old_ends = std::span(path_end_).subspan(first, order.size());
+  for (Sample& sample : samples_) {
+    if (sample.point < begin || sample.point >= at) continue;
+    const auto path = std::upper_bound(old_ends.begin(), old_ends.end(), sample.point) - old_ends.begin();
+    sample.point += shift[static_cast<std::size_t>(path)];
+  }
+  std::copy(ends.begin(), ends.end(), old_ends.begin());
+  std::copy(tops.begin(), tops.end(), own_top_.begin() + static_cast<std::ptrdiff_t>(first));
+  find_tops();
+  find_earliest();
 }
 
 void Deposit::build() {
   if (samples_.empty()) return;
-  Vec3 low = samples_[0].position, high = low;
+  Vec3 low = samples_[0].position(), high = low;
   for (const Sample& sample : samples_) {
-    low = low.cwiseMin(sample.position);
-    high = high.cwiseMax(sample.position);
+    low = low.cwiseMin(sample.position());
+    high = high.cwiseMax(sample.position());
   }
   const double scale = 2097151.0 / std::max(1e-9, (high - low).maxCoeff());
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order(samples_.size());
   for (std::size_t i = 0; i < samples_.size(); ++i) {
-    const Vec3 cell = scale * (samples_[i].position - low);
+    const Vec3 cell = scale * (samples_[i].position() - low);
     order[i] = {spread(static_cast<std::uint64_t>(cell.x())) | spread(static_cast<std::uint64_t>(cell.y())) << 1 |
                     spread(static_cast<std::uint64_t>(cell.z())) << 2,
                 static_cast<std::uint32_t>(i)};
   }
   std::sort(order.begin(), order.end());
-  std::vector<Sample> sorted;
-  sorted.reserve(samples_.size());
-  for (const auto& [code, i] : order) sorted.push_back(samples_[i]);
+  std::vector<Sample> sorted(samples_.size());
+  for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = samples_[order[i].second];
   samples_ = std::move(sorted);
 
   leaves_ = 1;
   while (leaves_ * kLeafSize < samples_.size()) leaves_ *= 2;
   nodes_.assign(2 * leaves_, {});
-  std::vector<Vec3> lows(2 * leaves_, Vec3::Constant(1e300)), highs(2 * leaves_, Vec3::Constant(-1e300));
+  std::vector<Eigen::Vector3f> lows(2 * leaves_, Eigen::Vector3f::Constant(1e30f)),
+      highs(2 * leaves_, Eigen::Vector3f::Constant(-1e30f));
   for (std::size_t node = 2 * leaves_ - 1; node >= 1; --node) {
     if (node >= leaves_) {
       const std::size_t begin = (node - leaves_) * kLeafSize, end = std::min(begin + kLeafSize, samples_.size());
       for (std::size_t i = begin; i < end; ++i) {
-        lows[node] = lows[node].cwiseMin(samples_[i].position);
-        highs[node] = highs[node].cwiseMax(samples_[i].position);
-        nodes_[node].earliest = std::min(nodes_[node].earliest, samples_[i].point);
+        const Eigen::Vector3f at(samples_[i].x, samples_[i].y, samples_[i].z);
+        lows[node] = lows[node].cwiseMin(at);
+        highs[node] = highs[node].cwiseMax(at);
       }
     } else {
       lows[node] = lows[2 * node].cwiseMin(lows[2 * node + 1]);
       highs[node] = highs[2 * node].cwiseMax(highs[2 * node + 1]);
-      nodes_[node].earliest = std::min(nodes_[2 * node].earliest, nodes_[2 * node + 1].earliest);
     }
     if (lows[node].x() > highs[node].x()) continue;
-    const Vec3 centre = 0.5 * (lows[node] + highs[node]);
+    const Vec3 centre = 0.5 * (lows[node] + highs[node]).cast<double>();
     nodes_[node].x = static_cast<float>(centre.x());
     nodes_[node].y = static_cast<float>(centre.y());
     nodes_[node].z = static_cast<float>(centre.z());
-    const Vec3 half = 0.5 * (highs[node] - lows[node]) + Vec3::Constant(kFloatError);
+    const Vec3 half = 0.5 * (highs[node] - lows[node]).cast<double>() + Vec3::Constant(kFloatError);
     nodes_[node].half_x = static_cast<float>(half.x());
     nodes_[node].half_y = static_cast<float>(half.y());
     nodes_[node].half_z = static_cast<float>(half.z());
     nodes_[node].radius = static_cast<float>(half.norm() + kFloatError);
+  }
+  find_earliest();
+}
+
+void Deposit::find_earliest() {
+  for (std::size_t node = nodes_.empty() ? 0 : 2 * leaves_ - 1; node >= 1; --node) {
+    Index& earliest = nodes_[node].earliest;
+    earliest = std::numeric_limits<Index>::max();
+    if (node < leaves_) {
+      earliest = std::min(nodes_[2 * node].earliest, nodes_[2 * node + 1].earliest);
+      continue;
+    }
+    const std::size_t begin = (node - leaves_) * kLeafSize, end = std::min(begin + kLeafSize, samples_.size());
+    for (std::size_t i = begin; i < end; ++i) earliest = std::min(earliest, samples_[i].point);
   }
 }
 
@@ -125,30 +181,74 @@ bool Deposit::visit(Index before, const Excluded& excluded, const Visit& visit) 
 template <class Excluded, class Gap>
 bool Deposit::search(Index before, double clearance, const Excluded& excluded, const Gap& gap, Contact* contact) const {
   return visit(before, excluded, [&](const Sample& sample) {
-    const double distance = gap(sample.position);
+    const Vec3 position = sample.position();
+    const double distance = gap(position);
     if (distance >= clearance) return false;
-    if (contact) *contact = {sample.point, sample.position, clearance - distance};
+    if (contact) *contact = {sample.point, position, clearance - distance};
     return true;
   });
 }
 
-bool Deposit::touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
-                           double clearance, Index before, Contact* contact) const {
-  const auto excluded = [&](const Node& node) {
-    const double height = (node.centre() - tip).dot(axis);
-    if (height + node.reach(axis) <= free_height) return true;
-    const double radius = std::sqrt(std::max(0.0, (node.centre() - tip).squaredNorm() - height * height));
-    return head.distance_bound(height, radius) - node.radius >= clearance;
-  };
-  const auto gap = [&](const Vec3& point) {
+namespace {
+
+// Heights and radii of points as one pose of the head sees them.
+struct HeadView {
+  const HeadShape& head;
+  const Vec3 &tip, &axis;
+  double free_height;
+
+  // Nothing in a box of that reach along the axis, within `extent` of its centre, is nearer than `gap`.
+  [[nodiscard]] bool excludes(const Vec3& centre, double reach, double extent, double gap) const {
+    const double height = (centre - tip).dot(axis);
+    if (height + reach <= free_height) return true;
+    const double radius = std::sqrt(std::max(0.0, (centre - tip).squaredNorm() - height * height));
+    return head.distance_bound(height, radius) - extent >= gap;
+  }
+  // kNoGap for a point that does not count, or is no nearer than `gap`.
+  [[nodiscard]] double distance(const Vec3& point, double gap) const {
     const Vec3 offset = point - tip;
     const double height = offset.dot(axis);
     if (height <= free_height) return kNoGap;
     const double radius = std::sqrt(std::max(0.0, offset.squaredNorm() - height * height));
-    if (head.distance_bound(height, radius) >= clearance) return kNoGap;
+    if (head.distance_bound(height, radius) >= gap) return kNoGap;
     return head.distance(height, radius);
-  };
-  return search(before, clearance, excluded, gap, contact);
+  }
+};
+
+}  // namespace
+
+bool Deposit::touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
+                           double clearance, Index before, Contact* contact) const {
+  const HeadView view{head, tip, axis, free_height};
+  return search(
+      before, clearance,
+      [&](const Node& node) { return view.excludes(node.centre(), node.reach(axis), node.radius, clearance); },
+      [&](const Vec3& point) { return view.distance(point, clearance); }, contact);
+}
+
+double Deposit::head_gap(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height, double most,
+                         Index before) const {
+  const HeadView view{head, tip, axis, free_height};
+  double gap = most;
+  visit(
+      before, [&](const Node& node) { return view.excludes(node.centre(), node.reach(axis), node.radius, gap); },
+      [&](const Sample& sample) {
+        gap = std::min(gap, view.distance(sample.position(), gap));
+        return false;
+      });
+  return gap;
+}
+
+void Deposit::contacts_of_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
+                               double clearance, Index before, std::vector<Index>& points) const {
+  const HeadView view{head, tip, axis, free_height};
+  visit(
+      before,
+      [&](const Node& node) { return view.excludes(node.centre(), node.reach(axis), node.radius, clearance); },
+      [&](const Sample& sample) {
+        if (view.distance(sample.position(), clearance) < clearance) points.push_back(sample.point);
+        return false;
+      });
 }
 
 namespace {
@@ -208,14 +308,14 @@ void Deposit::touches_head(const HeadShape& head, std::span<const HeadPose> pose
           return bundle.clear_of(node.centre(), node.radius, node.reach(bundle.axis), head, clearance);
         },
         [&](const Sample& sample) {
-          if (!bundle.clear_of(sample.position, 0.0, 0.0, head, clearance)) near.push_back(sample);
+          if (!bundle.clear_of(sample.position(), 0.0, 0.0, head, clearance)) near.push_back(sample);
           return false;
         });
     for (std::size_t i = begin; i < end; ++i) {
       touches[i] = 0;
       for (const Sample& sample : near) {
         if (sample.point >= poses[i].before) continue;
-        const Vec3 offset = sample.position - poses[i].tip;
+        const Vec3 offset = sample.position() - poses[i].tip;
         const double height = offset.dot(poses[i].axis);
         if (height <= poses[i].free_height) continue;
         const double radius = std::sqrt(std::max(0.0, offset.squaredNorm() - height * height));

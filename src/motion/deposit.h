@@ -28,12 +28,21 @@ class Deposit {
   // Samples every bead at least every `spacing_mm` along its path. Tips must be those of the points.
   Deposit(std::span<const Path> paths, std::span<const PathPoint> points, std::span<const Vec3> tips,
           double spacing_mm);
+  // The same, path after path; finish() comes before any query.
+  explicit Deposit(double spacing_mm) : spacing_mm_(spacing_mm) {}
+  void add_path(std::span<const PathPoint> points, std::span<const Vec3> tips);
+  void finish();
+  // Path first + i becomes the one that was first + order[i]; points are numbered anew.
+  void reorder(std::size_t first, std::span<const Index> order);
 
   // First contact found with the head at `tip`, `axis`, or none. What lies no higher than `free_height` above the tip
   // plane is the nozzle's own business and never counts.
   [[nodiscard]] bool touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
                                   double clearance, Index before, Contact* contact = nullptr) const;
-  // The same for many poses of the head along a path: touches[i] becomes 1 where it touches. Poses near each other go
+  // The distance between the head and the nearest of what counts, or `most` where that is farther; negative inside.
+  [[nodiscard]] double head_gap(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height, double most,
+                                Index before) const;
+  // touches_head() for many poses of the head along a path: touches[i] becomes 1 where it touches. Poses near each other go
   // through the hierarchy together, so a pose that is far from contact costs a fraction of touches_head().
   struct HeadPose {
     Vec3 tip = Vec3::Zero(), axis = Vec3::UnitZ();
@@ -45,14 +54,18 @@ class Deposit {
   // The same for a capsule from a to b.
   [[nodiscard]] bool touches_capsule(const Vec3& a, const Vec3& b, double radius, double clearance, Index before,
                                      Contact* contact = nullptr) const;
+  // Points of all beads that the head touches.
+  void contacts_of_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height, double clearance,
+                        Index before, std::vector<Index>& points) const;
   // Highest z laid before a point; 0 when nothing is.
   [[nodiscard]] double top_before(Index before) const;
   [[nodiscard]] std::size_t size() const { return samples_.size(); }
 
  private:
   struct Sample {
-    Vec3 position;
+    float x, y, z;
     Index point;
+    [[nodiscard]] Vec3 position() const { return {x, y, z}; }
   };
   // A box, and the sphere around it.
   struct Node {
@@ -68,6 +81,8 @@ class Deposit {
   static constexpr std::size_t kLeafSize = 16;
 
   void build();
+  void find_earliest();
+  void find_tops();
   // visit(sample) for each sample that is laid and in no excluded node; it returns true to end the search.
   template <class Excluded, class Visit>
   bool visit(Index before, const Excluded& excluded, const Visit& visit) const;
@@ -79,7 +94,9 @@ class Deposit {
   std::vector<Sample> samples_;  // in Morton order
   std::vector<Node> nodes_;      // complete binary tree, root at 1; leaves hold kLeafSize samples each
   std::size_t leaves_ = 0;       // a power of two
-  std::vector<double> top_;      // per path: highest z of this and all earlier paths
+  double spacing_mm_ = 1.0;
+  std::vector<double> own_top_;  // per path: highest z
+  std::vector<double> top_;      // per path: of this and all earlier paths
   std::vector<Index> path_end_;  // per path: first point after it
 };
 

@@ -31,47 +31,72 @@ Turn twist_of(double angle) {
   return {std::cos(angle), std::sin(angle)};
 }
 
-// The two shoulder angles for a wrist centre; false when the centre lies inside the cylinder of radius d4.
-bool shoulder_angles(const Arm& arm, const Vec3& wrist_centre, double angles[2]) {
-  const double radius = std::hypot(wrist_centre.x(), wrist_centre.y());
+// The flange, and what the two shoulder angles follow from.
+struct Target {
+  Vec3 position, x, y, z;
+  Vec3 wrist_centre;
+  double radius = 0.0;         // of the wrist centre about the base axis
+  double cosine = 0.0, sine = 0.0;    // of its direction
+  double opening_c = 0.0, opening_s = 0.0;  // of the angle between it and the shoulder's
+};
+
+// False when the wrist centre lies inside the cylinder of radius d4.
+bool target_of(const Arm& arm, const Frame& flange, Target& target) {
+  target.position = flange.translation();
+  target.x = flange.linear().col(0);
+  target.y = flange.linear().col(1);
+  target.z = flange.linear().col(2);
+  target.wrist_centre = target.position - arm.dh[5].d_m * target.z;
   const double d4 = arm.dh[3].d_m;
-  if (radius < std::abs(d4)) return false;
-  const double direction = std::atan2(wrist_centre.y(), wrist_centre.x());
-  const double opening = std::acos(std::clamp(d4 / radius, -1.0, 1.0));
-  angles[0] = direction + opening + 0.5 * kPi;
-  angles[1] = direction - opening + 0.5 * kPi;
+  target.radius = std::sqrt(target.wrist_centre.head<2>().squaredNorm());
+  if (target.radius < std::abs(d4) || target.radius == 0.0) return false;
+  target.cosine = target.wrist_centre.x() / target.radius;
+  target.sine = target.wrist_centre.y() / target.radius;
+  target.opening_c = d4 / target.radius;
+  target.opening_s = std::sqrt(std::max(0.0, 1.0 - target.opening_c * target.opening_c));
   return true;
 }
 
-struct WristAngles {
-  double q5 = 0.0, q6 = 0.0;
-};
-
-// Frame 1's z axis seen from the flange is (s5 c6, -s5 s6, c5).
-WristAngles wrist_angles(const Frame& flange, double q1, bool flipped) {
-  const Vec3 axis = flange.linear().transpose() * Vec3(std::sin(q1), -std::cos(q1), 0.0);
-  const double sine = std::hypot(axis.x(), axis.y());
-  WristAngles angles;
-  angles.q5 = std::atan2(flipped ? -sine : sine, axis.z());
-  if (sine > 1e-9) angles.q6 = flipped ? std::atan2(axis.y(), -axis.x()) : std::atan2(-axis.y(), axis.x());
-  return angles;
-}
-
-// Joints 2, 3, 4 as a planar chain of two bones in frame 1, whose x axis is level and whose y axis is the base's z.
-bool planar_chain(const Arm& arm, const Frame& flange, const WristAngles& wrist, double q1, bool elbow,
-                  Joints& joints) {
-  const double c1 = std::cos(q1), s1 = std::sin(q1);
-  const Vec3 axis_5 = -std::sin(wrist.q6) * flange.linear().col(0) - std::cos(wrist.q6) * flange.linear().col(1);
-  const Vec3 end = flange.translation() - arm.dh[5].d_m * flange.linear().col(2) - arm.dh[4].d_m * axis_5;
+// Sine and cosine come before every angle: no angle is taken apart again.
+bool posture_of(const Arm& arm, const Target& target, int branch, Posture& posture) {
+  const bool other_shoulder = (branch & 4) != 0, flipped = (branch & 2) != 0, elbow = (branch & 1) != 0;
+  // q1 is a quarter turn past direction + opening, or direction - opening.
+  const double open = other_shoulder ? -target.opening_s : target.opening_s;
+  const double s1 = target.cosine * target.opening_c - target.sine * open;
+  const double c1 = -(target.sine * target.opening_c + target.cosine * open);
+  // Frame 1's z axis (s1, -c1, 0) seen from the flange is (s5 c6, -s5 s6, c5).
+  const auto from_flange = [&](const Vec3& axis) { return s1 * axis.x() - c1 * axis.y(); };
+  const double ax = from_flange(target.x), ay = from_flange(target.y), c5 = from_flange(target.z);
+  const double s5 = std::sqrt(ax * ax + ay * ay);
+  double c6 = 1.0, s6 = 0.0;
+  if (s5 > 1e-9) {
+    c6 = (flipped ? -ax : ax) / s5;
+    s6 = (flipped ? ay : -ay) / s5;
+  }
+  // Joints 2, 3, 4 as a planar chain of two bones in frame 1, whose x axis is level and whose y axis is the base's z.
+  const Vec3 axis_5 = -s6 * target.x - c6 * target.y;
+  const Vec3 end = target.wrist_centre - arm.dh[4].d_m * axis_5;
   const double a2 = arm.dh[1].a_m, a3 = arm.dh[2].a_m;
   const double x = c1 * end.x() + s1 * end.y(), y = end.z() - arm.dh[0].d_m;
-  double cosine = (x * x + y * y - a2 * a2 - a3 * a3) / (2.0 * a2 * a3);
-  if (std::abs(cosine) > 1.0 + 1e-12) return false;
-  cosine = std::clamp(cosine, -1.0, 1.0);
-  const double q3 = elbow ? -std::acos(cosine) : std::acos(cosine);
-  const double q2 = std::atan2(y, x) - std::atan2(a3 * std::sin(q3), a2 + a3 * cosine);
+  const double squared = x * x + y * y;
+  double c3 = (squared - a2 * a2 - a3 * a3) / (2.0 * a2 * a3);
+  if (std::abs(c3) > 1.0 + 1e-12) return false;
+  c3 = std::clamp(c3, -1.0, 1.0);
+  const double s3 = (elbow ? -1.0 : 1.0) * std::sqrt(1.0 - c3 * c3);
+  const double along = a2 + a3 * c3, across = a3 * s3;
+  double c2 = 1.0, s2 = 0.0;
+  if (squared > 0.0) {
+    c2 = (x * along + y * across) / squared;
+    s2 = (y * along - x * across) / squared;
+  }
+  const double q2 = std::atan2(s2, c2), q3 = std::atan2(s3, c3);
   const double q4 = std::atan2(c1 * axis_5.x() + s1 * axis_5.y(), -axis_5.z()) - q2 - q3;
-  joints = {wrapped(q1), wrapped(q2), wrapped(q3), wrapped(q4), wrapped(wrist.q5), wrapped(wrist.q6)};
+  posture.joints = {std::atan2(s1, c1), q2, q3, wrapped(q4), std::atan2(flipped ? -s5 : s5, c5), std::atan2(s6, c6)};
+  posture.branch = branch;
+  posture.origins = {Vec3(a2 * c2 * c1, a2 * c2 * s1, arm.dh[0].d_m + a2 * s2),
+                     end - arm.dh[3].d_m * Vec3(s1, -c1, 0.0), end, target.wrist_centre, target.position};
+  const double d4 = std::abs(arm.dh[3].d_m);
+  posture.singularity = std::min({s5, std::abs(s3), (target.radius - d4) / d4});
   return true;
 }
 
@@ -100,28 +125,34 @@ std::array<Frame, 6> link_frames(const Arm& arm, const Joints& joints) {
 }
 
 IkSolutions inverse_kinematics(const Arm& arm, const Frame& flange) {
+  std::array<Posture, 8> postures;
   IkSolutions solutions;
-  double shoulder[2];
-  const Vec3 wrist_centre = flange.translation() - arm.dh[5].d_m * flange.linear().col(2);
-  if (!shoulder_angles(arm, wrist_centre, shoulder)) return solutions;
-  for (int s = 0; s < 2; ++s) {
-    for (int w = 0; w < 2; ++w) {
-      const WristAngles wrist = wrist_angles(flange, shoulder[s], w == 1);
-      for (int e = 0; e < 2; ++e) {
-        if (!planar_chain(arm, flange, wrist, shoulder[s], e == 1, solutions.joints[solutions.count])) continue;
-        solutions.branch[solutions.count++] = 4 * s + 2 * w + e;
-      }
-    }
+  solutions.count = inverse_kinematics(arm, flange, postures);
+  for (int i = 0; i < solutions.count; ++i) {
+    solutions.joints[i] = postures[i].joints;
+    solutions.branch[i] = postures[i].branch;
   }
   return solutions;
 }
 
+int inverse_kinematics(const Arm& arm, const Frame& flange, std::array<Posture, 8>& postures) {
+  Target target;
+  if (!target_of(arm, flange, target)) return 0;
+  int count = 0;
+  for (int branch = 0; branch < 8; ++branch) count += posture_of(arm, target, branch, postures[count]);
+  return count;
+}
+
+bool inverse_kinematics(const Arm& arm, const Frame& flange, int branch, Posture& posture) {
+  Target target;
+  return target_of(arm, flange, target) && posture_of(arm, target, branch, posture);
+}
+
 bool inverse_kinematics(const Arm& arm, const Frame& flange, int branch, Joints& joints) {
-  double shoulder[2];
-  const Vec3 wrist_centre = flange.translation() - arm.dh[5].d_m * flange.linear().col(2);
-  if (!shoulder_angles(arm, wrist_centre, shoulder)) return false;
-  const double q1 = shoulder[branch >> 2];
-  return planar_chain(arm, flange, wrist_angles(flange, q1, (branch & 2) != 0), q1, (branch & 1) != 0, joints);
+  Posture posture;
+  if (!inverse_kinematics(arm, flange, branch, posture)) return false;
+  joints = posture.joints;
+  return true;
 }
 
 bool has_closed_form(const Arm& arm) {

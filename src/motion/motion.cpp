@@ -3,167 +3,138 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "curvesup/core/format.h"
 #include "curvesup/core/parallel.h"
 #include "motion/arm_path.h"
-#include "motion/placement.h"
+#include "motion/chain.h"
+#include "motion/placed_paths.h"
 #include "motion/travel.h"
 
 namespace curvesup {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kSampleSpacing_mm = 1.0;   // of deposited beads
-constexpr double kLongestSegment_mm = 3.0;  // longer ones are divided before anything is checked at their points
-constexpr double kSoftBeads = 3.0;          // bead widths behind the nozzle
-constexpr double kReachSpacing_mm = 2.0;    // between points at which the arm's reach is looked at
+constexpr double kSampleSpacing_mm = 1.0;  // of deposited beads
+constexpr double kReachSpacing_mm = 2.0;   // between points at which the arm's reach is looked at
 constexpr int kTiltRounds = 4;
-constexpr double kPoseTolerance = 1e-6;  // m and rad, between joints and pose
-
-double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+constexpr double kTurning = 0.02;  // rad between waypoints
+constexpr int kOrderRounds = 8;
+constexpr double kPoseTolerance = 1e-6;       // m and rad, between joints and pose
+constexpr std::size_t kRunPaths = 512;        // paths that are planned together, at least
+constexpr std::size_t kRunPoints = 200000;    // or points
+constexpr std::size_t kGuesses = 64;          // paths whose postures are worked out at the same time
 
 // All that one plan_motion() call works on.
 class MotionPlanner {
  public:
-  MotionPlanner(const Toolpaths& toolpaths, const Cell& cell, const MotionOptions& options, const RunContext& run)
-      : toolpaths_(toolpaths), cell_(cell), options_(options), run_(run) {}
+  MotionPlanner(const Toolpaths& toolpaths, const Cell& cell, const MotionOptions& options,
+                const PartPlacement& placement, const RunContext& run)
+      : toolpaths_(toolpaths), cell_(cell), options_(options), placement_(placement), run_(run), deposit_(kSampleSpacing_mm) {}
 
-  MotionResult plan(const PartPlacement& placement) {
-    result_.motion.part_offset_mm = placement.offset_mm;
-    result_.motion.part_rotation_rad = placement.rotation_rad;
-    place_points(placement);
-    choose_axes();
-    choose_postures();
-    if (result_.report.unreachable.empty()) {
-      plan_travels();
-      check_bodies();
+  MotionResult plan() {
+    result_.motion.part_offset_mm = placement_.offset_mm;
+    result_.motion.part_rotation_rad = placement_.rotation_rad;
+    lay_out();
+    for (std::size_t begin = 0, end; begin < order_.size(); begin = end) {
+      end = run_end(begin);
+      plan_run(begin, end);
+      run_.progress(0.9 * static_cast<double>(end) / static_cast<double>(order_.size()));
     }
+    if (result_.report.unreachable.empty()) plan_travels();
+    if (reordered_) result_.path_order = std::move(order_);
     finish_report();
     return std::move(result_);
   }
 
  private:
-  std::span<const PathPoint> points_of(const Path& path) const {
-    return std::span(points_).subspan(path.first_point, path.point_count);
-  }
-  std::span<const Vec3> tips_of(const Path& path) const {
-    return std::span(tips_).subspan(path.first_point, path.point_count);
-  }
-  std::span<Vec3> axes_of(const Path& path) { return std::span(axes_).subspan(path.first_point, path.point_count); }
-
-  void place_points(const PartPlacement& placement) {
-    const Mat3 turn = Eigen::AngleAxisd(placement.rotation_rad, Vec3::UnitZ()).toRotationMatrix();
-    points_.reserve(toolpaths_.points.size());
-    tips_.reserve(toolpaths_.points.size());
-    sources_.reserve(toolpaths_.points.size());
-    for (const Path& source : toolpaths_.paths) {
-      Path path = source;
-      path.first_point = static_cast<Index>(points_.size());
-      for (Index i = source.first_point; i < source.first_point + source.point_count; ++i) {
-        PathPoint point = toolpaths_.points[i];
-        if (placement.rotation_rad != 0.0) {
-          point.position = turn * point.position;
-          point.normal = turn * point.normal;
-        }
-        point.position += placement.offset_mm;
-        append_point(point, i, i > source.first_point);
-      }
-      path.point_count = static_cast<Index>(points_.size()) - path.first_point;
-      paths_.push_back(path);
+  // Every bead of the print, and the numbers of the placed points of each path.
+  void lay_out() {
+    order_.resize(toolpaths_.paths.size());
+    std::iota(order_.begin(), order_.end(), 0);
+    first_points_ = {0};
+    first_points_.reserve(order_.size() + 1);
+    for (std::size_t p = 0; p < order_.size(); ++p) {
+      const PlacedPaths placed = place(p, p + 1);
+      deposit_.add_path(placed.points, placed.tips);
+      first_points_.push_back(first_points_.back() + static_cast<Index>(placed.points.size()));
     }
-    axes_.resize(points_.size());
-    known_free_.assign(points_.size(), 0);
-    find_laid_before();
-    deposit_ = Deposit(paths_, points_, tips_, kSampleSpacing_mm);
+    deposit_.finish();
+    result_.motion.waypoints.reserve(static_cast<std::size_t>(first_points_.back()) + order_.size());
   }
 
-  // What was laid before the nozzle reaches a point: all of it but the bead's own last stretch, which still hangs on
-  // the nozzle and is soft.
-  void find_laid_before() {
-    laid_before_.resize(points_.size());
-    for (const Path& path : paths_) {
-      Index back = path.first_point;
-      double behind = 0.0;
-      for (Index i = path.first_point; i < path.first_point + path.point_count; ++i) {
-        if (i > path.first_point) behind += (tips_[i] - tips_[i - 1]).norm();
-        while (back < i && behind - (tips_[back + 1] - tips_[back]).norm() > kSoftBeads * points_[i].width_mm) {
-          behind -= (tips_[back + 1] - tips_[back]).norm();
-          ++back;
-        }
-        laid_before_[i] = back;
-      }
-    }
+  PlacedPaths place(std::size_t begin, std::size_t end) const {
+    const std::span<const Index> order = std::span(order_).subspan(begin, end - begin);
+    // Only paths of one run change places, so the run's points stay those of the toolpaths from here on.
+    return place_paths(toolpaths_, placement_, order, static_cast<Index>(begin), first_points_[begin],
+                       toolpaths_.paths[begin].first_point);
   }
 
-  // Appends a point; a long segment to it is divided, so that what is true at its points is nearly true between them.
-  void append_point(const PathPoint& point, Index source, bool joined) {
-    const Vec3 tip = point.position + point.tip_offset_mm * point.normal;
-    const double length = joined ? (tip - tips_.back()).norm() : 0.0;
-    const int pieces = std::max(1, static_cast<int>(std::ceil(length / kLongestSegment_mm)));
-    const PathPoint from = joined ? points_.back() : point;
-    const Vec3 from_tip = joined ? tips_.back() : tip;
-    for (int s = 1; s <= pieces; ++s) {
-      const double t = static_cast<double>(s) / pieces;
-      PathPoint between = point;
-      between.volume_mm3 = point.volume_mm3 / pieces;
-      if (s < pieces) {
-        between.position = (1.0 - t) * from.position + t * point.position;
-        between.normal = ((1.0 - t) * from.normal + t * point.normal).normalized();
-        between.tip_offset_mm = (1.0 - t) * from.tip_offset_mm + t * point.tip_offset_mm;
-      }
-      points_.push_back(between);
-      tips_.push_back((1.0 - t) * from_tip + t * tip);
-      sources_.push_back(s < pieces ? kNone : source);
-    }
+  // Paths that are planned together: whole pieces.
+  std::size_t run_end(std::size_t begin) const {
+    std::size_t end = begin + 1;
+    const auto same_piece = [&](std::size_t path) { return toolpaths_.paths[path].piece == toolpaths_.paths[path - 1].piece; };
+    const auto points = [&] { return static_cast<std::size_t>(first_points_[end] - first_points_[begin]); };
+    while (end < order_.size() && (same_piece(end) || (end - begin < kRunPaths && points() < kRunPoints))) ++end;
+    return end;
   }
 
-  // The toolpath point at or behind a divided one.
-  Index source_of(Index point) const {
-    while (point >= 0 && sources_[point] == kNone) ++point;
-    return point >= 0 ? sources_[point] : kNone;
+  void plan_run(std::size_t begin, std::size_t end) {
+    run_.check_stop();
+    PlacedPaths placed = place(begin, end);
+    std::vector<char> stuck(placed.paths.size(), 1);
+    choose_axes(placed, stuck);
+    for (int round = 0; round < kOrderRounds && pass_earlier(placed, stuck); ++round) choose_axes(placed, stuck);
+    for (std::size_t p = 0; p < placed.paths.size(); ++p) list_faults(placed, p);
+    choose_postures(placed);
   }
 
-  // Nozzle axes and thinned waypoints of every path; each path on its own.
-  void choose_axes() {
-    const std::size_t count = paths_.size();
-    drafts_.resize(count);
-    std::vector<std::vector<AxisFault>> faults(count);
+  // Nozzle axes and thinned waypoints of the paths that `wanted` marks; each path on its own. What stays marked touches
+  // something at every allowed tilt.
+  void choose_axes(PlacedPaths& placed, std::vector<char>& wanted) {
+    faults_.resize(placed.paths.size());
     const Tolerances& tolerances = cell_.machine().tolerances;
-    parallel_for(count, 16, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
+    parallel_for(placed.paths.size(), 8, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t p = begin; p < end; ++p) {
-        const Path& path = paths_[p];
+        const Path& path = placed.paths[p];
+        if (!wanted[p]) continue;
+        wanted[p] = 0;
+        faults_[p].clear();
         if (path.point_count == 0) continue;
-        smooth_axes(points_of(path), tips_of(path), tolerances, axes_of(path));
-        thin_path(path, drafts_[p]);
-        if (!is_free(path, drafts_[p])) faults[p] = tilt_path(path, drafts_[p]);
+        smooth_axes(placed.of(placed.points, path), placed.of(placed.tips, path), tolerances, placed.of(placed.axes, path));
+        thin_path(placed, p);
+        if (!is_free(placed, p)) wanted[p] = tilt_path(placed, p);
       }
     });
-    for (std::size_t p = 0; p < count; ++p) list_faults(static_cast<Index>(p), faults[p]);
   }
 
-  void thin_path(const Path& path, std::vector<DraftPoint>& drafts) {
+  void thin_path(PlacedPaths& placed, std::size_t p) const {
+    const Path& path = placed.paths[p];
     const double max_flow = cell_.machine().filaments[static_cast<int>(path.material)].max_flow_mm3_s;
-    drafts = thin_waypoints(points_of(path), tips_of(path), axes_of(path), path.first_point, max_flow,
-                            cell_.machine().tolerances);
+    placed.drafts[p] = thin_waypoints(placed.of(placed.points, path), placed.of(placed.tips, path),
+                                      placed.of(placed.axes, path), path.first_point, max_flow, cell_.machine().tolerances);
   }
 
   // Whether the head as it stands touches nothing at waypoints and between them, and the arm reaches them.
-  bool is_free(const Path& path, const std::vector<DraftPoint>& drafts) {
+  bool is_free(PlacedPaths& placed, std::size_t p) const {
+    const Path& path = placed.paths[p];
     std::vector<Index> at;
-    for (const DraftPoint& draft : drafts) at.push_back(draft.point - path.first_point);
-    const std::span<const Vec3> tips = tips_of(path), axes = axes_of(path);
+    for (const DraftPoint& draft : placed.drafts[p]) at.push_back(draft.point - path.first_point);
+    const auto tips = placed.of(placed.tips, path), axes = placed.of(placed.axes, path);
+    const auto points = placed.of(placed.points, path);
+    const auto before = placed.of(placed.laid_before, path);
     const std::vector<std::size_t> keys = key_points(tips, axes, at);
     ReachHint hint;
     std::vector<Deposit::HeadPose> poses;
     double since_reach = kReachSpacing_mm;
     for (std::size_t k = 0; k < keys.size(); ++k) {
-      const Index point = path.first_point + static_cast<Index>(keys[k]);
-      if (k > 0) since_reach += (tips_[point] - poses.back().tip).norm();
-      poses.push_back({tips_[point], axes_[point], free_height(points_[point]), laid_before_[point]});
+      const std::size_t i = keys[k];
+      if (k > 0) since_reach += (tips[i] - poses.back().tip).norm();
+      poses.push_back({tips[i], axes[i], free_height(points[i]), before[i]});
       if (since_reach < kReachSpacing_mm && k + 1 < keys.size()) continue;
       since_reach = 0.0;
-      if (!reachable(cell_, tips_[point], axes_[point], options_.yaw_samples, hint)) return false;
+      if (!reachable(cell_, tips[i], axes[i], options_.yaw_samples, hint)) return false;
     }
     if (!options_.avoid_collisions) return true;
     for (const Deposit::HeadPose& pose : poses) {
@@ -172,182 +143,379 @@ class MotionPlanner {
     std::vector<char> touches(poses.size());
     deposit_.touches_head(cell_.head(), poses, cell_.machine().tolerances.clearance_mm, touches);
     if (std::find(touches.begin(), touches.end(), 1) != touches.end()) return false;
-    for (const std::size_t key : keys) known_free_[path.first_point + static_cast<Index>(key)] = 1;
+    for (const std::size_t key : keys) placed.of(placed.known_free, path)[key] = 1;
     return true;
   }
 
   // Axes of a path that cannot stay as they are, and its waypoints anew. Waypoints at which the head touches something
-  // though the key points around are free become keys themselves.
-  std::vector<AxisFault> tilt_path(const Path& path, std::vector<DraftPoint>& drafts) {
-    std::vector<AxisFault> faults;
+  // though the key points around are free become keys themselves. True when it still touches something.
+  bool tilt_path(PlacedPaths& placed, std::size_t p) {
+    const Path& path = placed.paths[p];
     std::vector<Index> keys;
     for (int round = 0; round < kTiltRounds; ++round) {
-      const std::span<char> free = std::span(known_free_).subspan(path.first_point, path.point_count);
+      const std::span<char> free = placed.of(placed.known_free, path);
       std::fill(free.begin(), free.end(), 0);
-      if (round > 0) smooth_axes(points_of(path), tips_of(path), cell_.machine().tolerances, axes_of(path));
-      faults = tilt_axes(cell_, deposit_, path.first_point, points_of(path), tips_of(path),
-                         std::span<const Index>(laid_before_).subspan(path.first_point, path.point_count), options_,
-                         keys, axes_of(path), free);
-      thin_path(path, drafts);
-      if (!options_.avoid_collisions || !add_touching_keys(path, drafts, keys)) break;
+      const auto axes = placed.of(placed.axes, path);
+      if (round > 0) smooth_axes(placed.of(placed.points, path), placed.of(placed.tips, path), cell_.machine().tolerances, axes);
+      faults_[p] = tilt_axes(cell_, deposit_, path.first_point, placed.of(placed.points, path), placed.of(placed.tips, path),
+                             placed.of(placed.laid_before, path), options_, keys, axes, free);
+      thin_path(placed, p);
+      if (!options_.avoid_collisions || !add_touching_keys(placed, p, keys)) break;
     }
-    return faults;
+    return options_.avoid_collisions && touches_somewhere(placed, p);
   }
 
-  // Adds the points of waypoints at which the head touches something; false when none is new.
-  bool add_touching_keys(const Path& path, const std::vector<DraftPoint>& drafts, std::vector<Index>& keys) {
-    const std::size_t before = keys.size();
-    for (const DraftPoint& draft : drafts) {
-      const Index key = draft.point - path.first_point;
-      if (std::binary_search(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(before), key)) continue;
-      if (known_free_[draft.point]) continue;
-      known_free_[draft.point] = head_is_free(draft.tip, draft.axis, draft.point, nullptr);
-      if (known_free_[draft.point]) continue;
-      for (Index k = std::max(0, key - 1); k <= std::min(path.point_count - 1, key + 1); ++k) keys.push_back(k);
+  // Calls visit(tip, axis, point) where the head may touch something: at waypoints that are not known to be free, and half
+  // way to them where the axis turns, since a waypoint may come to lie there. It returns false to end.
+  template <class Visit>
+  void visit_poses(const PlacedPaths& placed, std::size_t p, const Visit& visit) const {
+    const std::vector<DraftPoint>& drafts = placed.drafts[p];
+    for (std::size_t i = 0; i < drafts.size(); ++i) {
+      const DraftPoint& draft = drafts[i];
+      if (!placed.known_free[placed.row(draft.point)] && !visit(draft.tip, draft.axis, draft.point)) return;
+      if (i == 0 || (draft.axis - drafts[i - 1].axis).squaredNorm() < kTurning * kTurning) continue;
+      const Vec3 middle = 0.5 * (drafts[i - 1].tip + draft.tip), axis = (drafts[i - 1].axis + draft.axis).normalized();
+      if (!visit(middle, axis, draft.point)) return;
     }
-    if (keys.size() == before) return false;
+  }
+
+  // Adds the points around poses at which the head touches something; false when none is new.
+  bool add_touching_keys(PlacedPaths& placed, std::size_t p, std::vector<Index>& keys) const {
+    const Path& path = placed.paths[p];
+    const std::size_t before = keys.size();
+    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index point) {
+      if (head_is_free(placed, tip, axis, point, nullptr)) return true;
+      const Index key = point - path.first_point;
+      for (Index k = std::max(0, key - 1); k <= std::min(path.point_count - 1, key + 1); ++k) keys.push_back(k);
+      return true;
+    });
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     return keys.size() > before;
   }
 
-  bool head_is_free(const Vec3& tip, const Vec3& axis, Index point, Contact* contact) const {
+  bool touches_somewhere(const PlacedPaths& placed, std::size_t p) const {
+    bool touches = false;
+    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index point) {
+      touches = !head_is_free(placed, tip, axis, point, nullptr);
+      return !touches;
+    });
+    return touches;
+  }
+
+  bool head_is_free(const PlacedPaths& placed, const Vec3& tip, const Vec3& axis, Index point, Contact* contact) const {
+    const std::size_t row = placed.row(point);
     return cell_.head_above_table(tip, axis) &&
-           !deposit_.touches_head(cell_.head(), tip, axis, free_height(points_[point]), 0.0, laid_before_[point],
+           !deposit_.touches_head(cell_.head(), tip, axis, free_height(placed.points[row]), 0.0, placed.laid_before[row],
                                   contact);
   }
 
-  void list_faults(Index path, const std::vector<AxisFault>& faults) {
-    bool reach_listed = false;
-    for (const AxisFault& fault : faults) {
+  // Paths at which no tilt keeps the head off beads beside them, of their own piece, go before those: without them a tilt
+  // may be found that clears the rest. False when there are none; else `stuck` marks all whose place has changed.
+  bool pass_earlier(PlacedPaths& placed, std::vector<char>& stuck) {
+    std::vector<Index> order(placed.paths.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::vector<char> moved(placed.paths.size(), 0);
+    bool any = false;
+    for (std::size_t p = 0; p < stuck.size(); ++p) {
+      if (!stuck[p]) continue;
+      const std::size_t first = earliest_touched(placed, p);
+      if (first >= p) continue;
+      // Earlier moves have shifted what lies between.
+      const auto to = std::find(order.begin(), order.end(), static_cast<Index>(first));
+      const auto from = std::find(order.begin(), order.end(), static_cast<Index>(p));
+      if (to >= from) continue;
+      std::rotate(to, from, from + 1);
+      std::fill(moved.begin() + (to - order.begin()), moved.begin() + (from + 1 - order.begin()), 1);
+      any = true;
+    }
+    if (!any) return false;
+    reordered_ = true;
+    const auto begin = static_cast<std::size_t>(placed.first_path), end = placed.end_path();
+    deposit_.reorder(begin, order);
+    std::vector<Index> paths;
+    for (const Index was : order) paths.push_back(order_[begin + static_cast<std::size_t>(was)]);
+    std::copy(paths.begin(), paths.end(), order_.begin() + placed.first_path);
+    PlacedPaths anew = place(begin, end);
+    for (std::size_t p = 0; p < anew.paths.size(); ++p) {
+      first_points_[begin + p] = anew.paths[p].first_point;
+      if (!moved[p]) keep_axes(placed, anew, p);
+    }
+    placed = std::move(anew);
+    stuck = moved;
+    return true;
+  }
+
+  // A path whose place is the same keeps what was chosen for it.
+  static void keep_axes(const PlacedPaths& from, PlacedPaths& to, std::size_t p) {
+    const Path& path = to.paths[p];
+    to.drafts[p] = from.drafts[p];
+    const auto axes = from.of(from.axes, path);
+    std::copy(axes.begin(), axes.end(), to.of(to.axes, path).begin());
+    const auto known_free = from.of(from.known_free, path);
+    std::copy(known_free.begin(), known_free.end(), to.of(to.known_free, path).begin());
+  }
+
+  // The earliest path of the same piece whose bead the head touches; else p.
+  std::size_t earliest_touched(const PlacedPaths& placed, std::size_t p) const {
+    std::vector<Index> touched;
+    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index point) {
+      const std::size_t row = placed.row(point);
+      deposit_.contacts_of_head(cell_.head(), tip, axis, free_height(placed.points[row]), 0.0, placed.laid_before[row], touched);
+      return true;
+    });
+    std::size_t first = p;
+    for (const Index point : touched) {
+      const Index number = path_of(point);
+      if (number < placed.first_path) continue;
+      const auto other = static_cast<std::size_t>(number - placed.first_path);
+      if (same_sheet(placed.paths[other], placed.paths[p])) first = std::min(first, other);
+    }
+    return first;
+  }
+
+  // Whether two paths lie in one piece, so that neither needs the other to rest on.
+  static bool same_sheet(const Path& a, const Path& b) {
+    return a.piece == b.piece && a.layer == b.layer && a.pass == b.pass && a.material == b.material && a.group == b.group;
+  }
+
+  // The path of a placed point.
+  Index path_of(Index point) const {
+    return static_cast<Index>(std::upper_bound(first_points_.begin(), first_points_.end(), point) - first_points_.begin()) - 1;
+  }
+
+  void list_faults(const PlacedPaths& placed, std::size_t p) {
+    bool listed = false;
+    for (const AxisFault& fault : faults_[p]) {
       if (!fault.reach) continue;
       ++result_.report.unreachable_waypoints;
-      if (!reach_listed)
-        result_.report.unreachable.push_back(
-            {path, source_of(fault.point), tips_[fault.point], axes_[fault.point], describe(fault.arm)});
-      reach_listed = true;
+      const std::size_t row = placed.row(fault.point);
+      if (!listed) {
+        result_.report.unreachable.push_back({placed.first_path + static_cast<Index>(p), placed.source_of(fault.point),
+                                              placed.tips[row], placed.axes[row], describe(fault.arm)});
+      }
+      listed = true;
     }
   }
 
   std::string name_of_contact(const char* body, const Contact& contact) const {
     if (contact.point == kNone) return std::string(body) + " touches the platform";
-    const auto next = std::upper_bound(paths_.begin(), paths_.end(), contact.point,
-                                       [](Index point, const Path& path) { return point < path.first_point; });
-    const Index path = static_cast<Index>(next - paths_.begin()) - 1;
-    const char* material = paths_[path].material == Material::model ? "model" : "support";
-    return format("%s touches %s of path %d, layer %d", body, material, path, paths_[path].layer);
+    const Index number = path_of(contact.point);
+    const Path& path = toolpaths_.paths[order_[number]];
+    const char* material = path.material == Material::model ? "model" : "support";
+    return format("%s touches %s of path %d, layer %d", body, material, number, path.layer);
   }
 
-  // Yaw and branch, path after path: each prefers to go on as the one before ended.
-  void choose_postures() {
-    ArmState state;
-    for (std::size_t p = 0; p < paths_.size(); ++p) {
-      if (drafts_[p].empty()) continue;
-      if (p % 64 == 0) run_.check_stop();
-      ArmPath arm = plan_arm_path(cell_, nullptr, drafts_[p], options_, state);
-      bool links_free = false;
-      if (options_.avoid_collisions && arm.unreachable == kNone) {
-        links_free = !links_touch(arm);
-        if (!links_free) {
-          ArmPath clear = plan_arm_path(cell_, &deposit_, drafts_[p], options_, state);
-          if (clear.unreachable == kNone) arm = std::move(clear);
-        }
+  // Yaw and branch, path after path: each prefers to go on as the one before ended. Most can: those are worked out
+  // together, each from where the one before will have ended if it can too.
+  void choose_postures(PlacedPaths& placed) {
+    std::vector<PlannedPath> planned(placed.paths.size());
+    for (std::size_t p = 0; p < planned.size();) {
+      std::vector<Guess> guesses = guess_postures(placed, p);
+      std::size_t good = 0;
+      while (good < guesses.size() && guesses[good].section) {
+        Guess& guess = guesses[good++];
+        planned[guess.path] = {cut_section(cell_, std::move(*guess.section), state_), guess.links_free};
+        end_path(planned[guess.path].arm);
+        p = guess.path + 1;
       }
-      if (arm.unreachable != kNone) {
-        const bool listed =
-            !result_.report.unreachable.empty() && result_.report.unreachable.back().path == static_cast<Index>(p);
-        if (!listed) {
-          result_.report.unreachable.push_back({static_cast<Index>(p), source_of(arm.unreachable),
-                                                tips_[arm.unreachable], axes_[arm.unreachable], describe(arm.fault)});
-        }
-        ++result_.report.unreachable_waypoints;
-        continue;
+      if (good < guesses.size() || guesses.empty()) {
+        plan_path(placed, p, planned[p]);
+        ++p;
       }
-      add_chains(static_cast<Index>(p), arm, links_free);
-      const ArmPoint& last = arm.sections.back().points.back();
-      state = {true, last.yaw, arm.sections.back().branch, last.joints};
-      drafts_[p] = {};
     }
+    add_chains(placed, planned);
   }
 
-  bool links_touch(const ArmPath& arm) const {
-    Index before = 0;
-    for (const ArmSection& section : arm.sections) {
-      for (const ArmPoint& point : section.points) {
-        if (point.draft.point != kNone) before = point.draft.point;
-        if (touching_link(cell_, deposit_, point.joints, before, 0.0)) return true;
+  struct Guess {
+    std::size_t path = 0;
+    double yaw = 0.0;
+    std::optional<ArmSection> section;  // that nothing touches
+    bool links_free = false;
+  };
+
+  std::vector<Guess> guess_postures(const PlacedPaths& placed, std::size_t from) const {
+    std::vector<Guess> guesses;
+    if (!state_.known) return guesses;
+    double yaw = state_.yaw;
+    for (std::size_t p = from; p < placed.paths.size() && guesses.size() < kGuesses; ++p) {
+      if (placed.drafts[p].empty()) continue;
+      const std::optional<double> held = held_yaw(cell_, placed.drafts[p], options_, yaw, state_.branch);
+      if (!held) break;
+      guesses.push_back({p, yaw = *held, std::nullopt, false});
+    }
+    parallel_for(guesses.size(), 4, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
+      for (std::size_t g = begin; g < end; ++g) {
+        Guess& guess = guesses[g];
+        guess.section = hold_posture(cell_, placed.drafts[guess.path], state_.branch, guess.yaw);
+        if (!guess.section || !options_.avoid_collisions) continue;
+        guess.links_free = !links_touch(*guess.section, placed.paths[guess.path].first_point);
+        if (!guess.links_free) guess.section.reset();
       }
+    });
+    return guesses;
+  }
+
+  // One path, whatever it takes.
+  void plan_path(const PlacedPaths& placed, std::size_t p, PlannedPath& planned) {
+    if (placed.drafts[p].empty()) return;
+    ArmPath arm = plan_arm_path(cell_, nullptr, placed.drafts[p], options_, state_);
+    bool links_free = false;
+    if (options_.avoid_collisions && arm.unreachable == kNone) {
+      links_free = true;
+      Index at = placed.paths[p].first_point;
+      for (const ArmSection& section : arm.sections) {
+        links_free = links_free && !links_touch(section, at);
+        at = last_point(section, at);
+      }
+      if (!links_free) {
+        ArmPath clear = plan_arm_path(cell_, &deposit_, placed.drafts[p], options_, state_);
+        if (clear.unreachable == kNone) arm = std::move(clear);
+      }
+    }
+    if (arm.unreachable != kNone) return list_unreachable(placed, p, arm);
+    end_path(arm);
+    planned = {std::move(arm), links_free};
+  }
+
+  void list_unreachable(const PlacedPaths& placed, std::size_t p, const ArmPath& arm) {
+    const Index path = placed.first_path + static_cast<Index>(p);
+    const bool listed = std::any_of(result_.report.unreachable.begin(), result_.report.unreachable.end(),
+                                    [&](const UnreachableWaypoint& other) { return other.path == path; });
+    const std::size_t row = placed.row(arm.unreachable);
+    if (!listed) {
+      result_.report.unreachable.push_back(
+          {path, placed.source_of(arm.unreachable), placed.tips[row], placed.axes[row], describe(arm.fault)});
+    }
+    ++result_.report.unreachable_waypoints;
+  }
+
+  void end_path(const ArmPath& arm) {
+    const ArmPoint& last = arm.sections.back().points.back();
+    state_ = {true, last.yaw, arm.sections.back().branch, last.joints};
+  }
+
+  // With the clearance that is kept from all that is printed.
+  bool links_touch(const ArmSection& section, Index before) const {
+    for (const ArmPoint& point : section.points) {
+      if (point.draft.point != kNone) before = point.draft.point;
+      if (touching_link(cell_, deposit_, point.joints, before, cell_.machine().tolerances.clearance_mm)) return true;
     }
     return false;
   }
 
-  void add_chains(Index path_index, const ArmPath& arm, bool links_free) {
-    const Path& path = paths_[path_index];
+  // Chains of a run, with their figures; chains do not need each other.
+  void add_chains(const PlacedPaths& placed, std::vector<PlannedPath>& planned) {
     Motion& motion = result_.motion;
-    for (std::size_t s = 0; s < arm.sections.size(); ++s) {
-      const ArmSection& section = arm.sections[s];
-      PathMotion chain;
-      chain.path = path_index;
-      chain.section = static_cast<int>(s);
-      chain.sections = static_cast<int>(arm.sections.size());
-      chain.material = path.material;
-      chain.layer = path.layer;
-      chain.group = path.group;
-      chain.first_waypoint = static_cast<Index>(motion.waypoints.size());
-      chain.waypoint_count = static_cast<Index>(section.points.size());
-      chain.material_change_before = motion.paths.empty() || motion.paths.back().material != path.material;
-      for (const ArmPoint& point : section.points) {
-        const bool first = motion.waypoints.size() == static_cast<std::size_t>(chain.first_waypoint);
-        add_waypoint(chain, point, first);
+    struct Source {
+      std::size_t path, section;
+      Index at;  // the last point of the path that the nozzle has passed when the section begins
+    };
+    std::vector<Source> sources;
+    const std::size_t first_chain = motion.paths.size();
+    std::size_t waypoints = motion.waypoints.size();
+    for (std::size_t p = 0; p < planned.size(); ++p) {
+      const std::vector<ArmSection>& sections = planned[p].arm.sections;
+      Index at = placed.paths[p].first_point;
+      for (std::size_t s = 0; s < sections.size(); ++s) {
+        const Path& path = placed.paths[p];
+        PathMotion chain;
+        chain.path = placed.first_path + static_cast<Index>(p);
+        chain.section = static_cast<int>(s);
+        chain.sections = static_cast<int>(sections.size());
+        chain.material = path.material;
+        chain.layer = path.layer;
+        chain.group = path.group;
+        chain.first_waypoint = static_cast<Index>(waypoints);
+        chain.waypoint_count = static_cast<Index>(sections[s].points.size());
+        chain.material_change_before = motion.paths.empty() || motion.paths.back().material != path.material;
+        waypoints += sections[s].points.size();
+        motion.paths.push_back(chain);
+        sources.push_back({p, s, at});
+        at = last_point(sections[s], at);
       }
-      std::span<Waypoint> waypoints = std::span(motion.waypoints).subspan(chain.first_waypoint);
-      set_blends(waypoints, cell_.machine().tolerances, 1e3 * cell_.machine().speeds.print_acceleration_m_s2);
-      ends_.push_back({section.points.front().yaw, section.points.back().yaw, section.branch, links_free});
-      motion.paths.push_back(chain);
+    }
+    motion.waypoints.resize(waypoints);
+    std::vector<ChainFigures> figures(sources.size());
+    parallel_for(sources.size(), 8, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
+      for (std::size_t i = begin; i < end; ++i) {
+        PathMotion& chain = motion.paths[first_chain + i];
+        const ArmSection& section = planned[sources[i].path].arm.sections[sources[i].section];
+        std::vector<Waypoint> chain_points = make_waypoints(cell_, section, chain, figures[i]);
+        check_bodies(placed, section, sources[i].at, planned[sources[i].path].links_free, figures[i]);
+        for (std::size_t w = 0; w < chain_points.size(); ++w) {
+          Index& point = chain_points[w].point;
+          if (point != kNone) point = placed.sources[placed.row(point)];
+          motion.waypoints.set(static_cast<std::size_t>(chain.first_waypoint) + w, chain_points[w]);
+        }
+        measure_chain(cell_, motion, chain, figures[i]);
+      }
+    });
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      const ArmSection& section = planned[sources[i].path].arm.sections[sources[i].section];
+      ends_.push_back({section.points.front().yaw, section.points.back().yaw, section.branch});
+      add_figures(placed, section, motion.paths[first_chain + i], figures[i]);
+    }
+    for (std::size_t p = 0; p < planned.size(); ++p) add_volume_error(placed, p, first_chain);
+  }
+
+  // The last waypoint of a section that is a point of its path; waypoints that divide a segment are none.
+  static Index last_point(const ArmSection& section, Index before) {
+    for (auto point = section.points.rbegin(); point != section.points.rend(); ++point) {
+      if (point->draft.point != kNone) return point->draft.point;
+    }
+    return before;
+  }
+
+  // Head and links at every waypoint against platform and what is printed before it.
+  void check_bodies(const PlacedPaths& placed, const ArmSection& section, Index at, bool links_free,
+                    ChainFigures& figures) const {
+    for (std::size_t w = 0; w < section.points.size(); ++w) {
+      const ArmPoint& point = section.points[w];
+      if (point.draft.point != kNone) at = point.draft.point;
+      const bool known = point.draft.point != kNone && placed.known_free[placed.row(at)];
+      Contact contact;
+      const char* body = nullptr;
+      if (!known && !head_is_free(placed, point.draft.tip, point.draft.axis, at, &contact)) body = "head";
+      if (!body && !links_free) {
+        body = touching_link(cell_, deposit_, point.joints, at, 0.0, &contact);
+      }
+      if (!body) continue;
+      if (figures.colliding++ > 0) continue;
+      figures.first_body = body;
+      figures.first_contact = contact;
+      figures.first_colliding = w;
     }
   }
 
-  void add_waypoint(PathMotion& chain, const ArmPoint& point, bool first) {
-    Motion& motion = result_.motion;
-    Waypoint waypoint;
-    waypoint.tip_mm = point.draft.tip;
-    waypoint.axis = point.draft.axis;
-    waypoint.joints = point.joints;
-    waypoint.point = point.draft.point;  // of the divided paths until the report is made
-    const Frame frame = cell_.tcp_frame(point.draft.tip, point.draft.axis, point.yaw);
-    const Vec3 near = motion.waypoints.empty() || first ? Vec3::Zero() : motion.waypoints.back().pose.rotation_vector;
-    waypoint.pose = {frame.translation(), rotation_vector_near(frame.linear(), near)};
-    if (!first) {
-      waypoint.volume_mm3 = point.draft.volume_mm3;
-      set_speed(motion.waypoints.back(), point.draft.duration_s, waypoint);
-      const double length = (waypoint.tip_mm - motion.waypoints.back().tip_mm).norm();
-      chain.length_mm += length;
-      chain.volume_mm3 += waypoint.volume_mm3;
-      chain.duration_s += waypoint.duration_s;
-      rotation_ += (waypoint.pose.rotation_vector - motion.waypoints.back().pose.rotation_vector).norm();
-    } else {
-      rotation_ = 0.0;
-    }
-    const double deviation = angle_between(waypoint.axis, point.draft.normal) / kDegree;
-    chain.max_tilt_deviation_deg = std::max(chain.max_tilt_deviation_deg, deviation);
-    chain.rotation_rad_per_m = chain.length_mm > 0.0 ? 1e3 * rotation_ / chain.length_mm : 0.0;
-    deviations_.push_back(deviation);
-    motion.waypoints.push_back(waypoint);
+  void add_figures(const PlacedPaths& placed, const ArmSection& section, const PathMotion& chain, const ChainFigures& figures) {
+    MotionReport& report = result_.report;
+    report.print_s += chain.duration_s;
+    report.max_tilt_deg = std::max(report.max_tilt_deg, figures.max_tilt_deg);
+    report.rotation_limited += figures.rotation_limited;
+    report.stops += figures.stops;
+    report.max_joint_speed_ratio = std::max(report.max_joint_speed_ratio, figures.max_joint_speed_ratio);
+    report.max_joint_step_rad = std::max(report.max_joint_step_rad, figures.max_joint_step_rad);
+    report.colliding_waypoints += figures.colliding;
+    worst_.add(figures);
+    deviations_.insert(deviations_.end(), figures.deviations_deg.begin(), figures.deviations_deg.end());
+    if (figures.colliding == 0 || (!report.collisions.empty() && report.collisions.back().path == chain.path)) return;
+    const DraftPoint& draft = section.points[figures.first_colliding].draft;
+    report.collisions.push_back({chain.path, placed.source_of(draft.point), draft.tip, figures.first_contact.position,
+                                 figures.first_contact.depth_mm, name_of_contact(figures.first_body, figures.first_contact)});
   }
 
-  // The duration that feed, melt rate, joint speeds and the controller's rotation rule allow, and the speed to state
-  // for it.
-  void set_speed(const Waypoint& from, double duration, Waypoint& to) {
-    const Speeds& speeds = cell_.machine().speeds;
-    const double length = (to.tip_mm - from.tip_mm).norm();
-    const double turn = (to.pose.rotation_vector - from.pose.rotation_vector).norm();
-    for (int j = 0; j < 6; ++j)
-      duration = std::max(duration, std::abs(to.joints[j] - from.joints[j]) / cell_.joint_speed(j));
-    const double planned = std::max(length, 1e3 * turn / speeds.rotation_rad_per_m);
-    duration = std::max(duration, planned / speeds.max_programmed_mm_s);
-    to.duration_s = duration;
-    to.speed_mm_s = planned / duration;
-    to.rotation_limited = planned > length;
+  // Its waypoints' volume against its points'.
+  void add_volume_error(const PlacedPaths& placed, std::size_t p, std::size_t first_chain) {
+    const Index path = placed.first_path + static_cast<Index>(p);
+    const auto& chains = result_.motion.paths;
+    const auto first = std::lower_bound(chains.begin() + static_cast<std::ptrdiff_t>(first_chain), chains.end(), path,
+                                        [](const PathMotion& chain, Index number) { return chain.path < number; });
+    double laid = 0.0, wanted = 0.0;
+    for (auto chain = first; chain != chains.end() && chain->path == path; ++chain) laid += chain->volume_mm3;
+    if (first == chains.end() || first->path != path) return;
+    for (const PathPoint& point : placed.of(placed.points, placed.paths[p])) wanted += point.volume_mm3;
+    worst_volume_ = std::max(worst_volume_, std::abs(laid - wanted) / std::max(1e-12, wanted));
   }
 
   TravelEnd end_of(const Waypoint& waypoint, double yaw, int branch, Index layer) const {
@@ -379,7 +547,7 @@ class MotionPlanner {
                     purge = station(cell_.machine().stations.purge_deg);
     const auto chain_end = [&](std::size_t c, bool last) {
       const PathMotion& chain = motion.paths[c];
-      const Waypoint& waypoint = motion.waypoints[chain.first_waypoint + (last ? chain.waypoint_count - 1 : 0)];
+      const Waypoint waypoint = motion.waypoints[chain.first_waypoint + (last ? chain.waypoint_count - 1 : 0)];
       return end_of(waypoint, last ? ends_[c].last_yaw : ends_[c].first_yaw, ends_[c].branch, chain.layer);
     };
     std::vector<TravelPlan> plans(count + 1);
@@ -387,7 +555,7 @@ class MotionPlanner {
       for (std::size_t c = begin; c < end; ++c) {
         const TravelEnd from = c > 0 ? chain_end(c - 1, true) : home, to = c < count ? chain_end(c, false) : home;
         const bool change = c < count && motion.paths[c].material_change_before;
-        const Index before = c > 0 ? last_point(motion.paths[c - 1]) + 1 : 0;
+        const Index before = c > 0 ? first_points_[motion.paths[c - 1].path + 1] : 0;
         plans[c] = plan_travel(cell_, deposit_, from, to, change ? &purge : nullptr, before);
       }
     });
@@ -410,8 +578,8 @@ class MotionPlanner {
       }
       if (!plans[c].clear) {
         const std::size_t chain = std::min(c, count - 1);
-        const Waypoint& waypoint = motion.waypoints[motion.paths[chain].first_waypoint];
-        result_.report.collisions.push_back({motion.paths[chain].path, source_of(waypoint.point), waypoint.tip_mm,
+        const Waypoint waypoint = motion.waypoints[motion.paths[chain].first_waypoint];
+        result_.report.collisions.push_back({motion.paths[chain].path, waypoint.point, waypoint.tip_mm,
                                              plans[c].contact.position, plans[c].contact.depth_mm,
                                              "travel: " + name_of_contact(plans[c].body, plans[c].contact)});
         ++result_.report.colliding_travels;
@@ -419,102 +587,13 @@ class MotionPlanner {
     }
   }
 
-  Index last_point(const PathMotion& chain) const {
-    const Path& path = paths_[chain.path];
-    return path.first_point + path.point_count - 1;
-  }
-
-  // Head and links at every waypoint against platform and what is printed before it.
-  void check_bodies() {
-    Motion& motion = result_.motion;
-    struct Hit {
-      std::size_t waypoint;
-      Contact contact;
-      const char* body;
-    };
-    const std::size_t count = motion.paths.size();
-    std::vector<std::vector<Hit>> hits(chunk_count(count, 32));
-    std::vector<Index> chain_of;
-    parallel_for(count, 32, run_, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-      for (std::size_t c = begin; c < end; ++c) {
-        const PathMotion& chain = motion.paths[c];
-        Index at = paths_[chain.path].first_point;
-        for (Index w = chain.first_waypoint; w < chain.first_waypoint + chain.waypoint_count; ++w) {
-          Contact contact;
-          if (motion.waypoints[w].point != kNone) at = motion.waypoints[w].point;
-          if (const char* body = touching_body(motion.waypoints[w], at, ends_[c].links_free, contact)) {
-            hits[chunk].push_back({static_cast<std::size_t>(w), contact, body});
-          }
-        }
-      }
-    });
-    std::size_t chain = 0;
-    Index listed = kNone;
-    for (const auto& chunk : hits) {
-      for (const Hit& hit : chunk) {
-        while (static_cast<Index>(hit.waypoint) >=
-               motion.paths[chain].first_waypoint + motion.paths[chain].waypoint_count)
-          ++chain;
-        ++result_.report.colliding_waypoints;
-        const PathMotion& path = motion.paths[chain];
-        if (listed == path.path) continue;
-        listed = path.path;
-        const Waypoint& waypoint = motion.waypoints[hit.waypoint];
-        result_.report.collisions.push_back({path.path, source_of(waypoint.point), waypoint.tip_mm,
-                                             hit.contact.position, hit.contact.depth_mm,
-                                             name_of_contact(hit.body, hit.contact)});
-      }
-    }
-  }
-
-  const char* touching_body(const Waypoint& waypoint, Index before, bool links_free, Contact& contact) const {
-    const bool known = waypoint.point != kNone && known_free_[waypoint.point];
-    if (!known && !head_is_free(waypoint.tip_mm, waypoint.axis, before, &contact)) return "head";
-    if (links_free) return nullptr;
-    return touching_link(cell_, deposit_, waypoint.joints, before, 0.0, &contact);
-  }
-
   void finish_report() {
-    Motion& motion = result_.motion;
+    const Motion& motion = result_.motion;
     MotionReport& report = result_.report;
     report.waypoints = motion.waypoints.size();
     report.source_points = toolpaths_.points.size();
     report.chains = motion.paths.size();
-    report.min_singularity_metric = motion.waypoints.empty() ? 0.0 : 1.0;
-    double worst_position = 0.0, worst_rotation = 0.0, worst_volume = 0.0;
-    std::size_t jumps = 0, near = 0;
-    for (const PathMotion& chain : motion.paths) {
-      report.print_s += chain.duration_s;
-      for (Index w = chain.first_waypoint; w < chain.first_waypoint + chain.waypoint_count; ++w) {
-        const Waypoint& waypoint = motion.waypoints[w];
-        const Frame reached =
-            forward_kinematics(cell_.machine().arm, waypoint.joints) * to_frame(cell_.machine().tool.tcp);
-        worst_position = std::max(worst_position, (reached.translation() - waypoint.pose.position_m).norm());
-        const Eigen::AngleAxisd turn(Mat3(reached.linear().transpose() * rotation_of(waypoint.pose.rotation_vector)));
-        worst_rotation = std::max(worst_rotation, turn.angle());
-        report.max_tilt_deg = std::max(report.max_tilt_deg, angle_between(waypoint.axis, Vec3::UnitZ()) / kDegree);
-        report.min_singularity_metric =
-            std::min(report.min_singularity_metric, singularity_metric(cell_.machine().arm, waypoint.joints));
-        report.rotation_limited += waypoint.rotation_limited;
-        if (w == chain.first_waypoint) continue;
-        report.stops += w + 1 < chain.first_waypoint + chain.waypoint_count && waypoint.blend_mm == 0.0;
-        const Waypoint& before = motion.waypoints[w - 1];
-        near += (waypoint.tip_mm - before.tip_mm).norm() < 0.999 * cell_.machine().tolerances.min_segment_mm;
-        double step = 0.0;
-        for (int j = 0; j < 6; ++j) {
-          const double turned = std::abs(waypoint.joints[j] - before.joints[j]);
-          step = std::max(step, turned);
-          const double limit = cell_.joint_speed(j) / cell_.machine().arm.joint_speed_fraction;
-          report.max_joint_speed_ratio = std::max(report.max_joint_speed_ratio, turned / waypoint.duration_s / limit);
-        }
-        report.max_joint_step_rad = std::max(report.max_joint_step_rad, step);
-        jumps += step > cell_.machine().arm.max_joint_step_rad;
-      }
-    }
-    worst_volume = volume_error();
-    for (Waypoint& waypoint : motion.waypoints) {
-      if (waypoint.point != kNone) waypoint.point = sources_[waypoint.point];
-    }
+    report.min_singularity_metric = motion.waypoints.empty() ? 0.0 : worst_.min_singularity_metric;
     report_deviations();
     const Arm& arm = cell_.machine().arm;
     auto& checks = report.checks;
@@ -523,11 +602,11 @@ class MotionPlanner {
     checks.push_back(check_at_most("motion.collisions",
                                    static_cast<double>(report.colliding_waypoints + report.colliding_travels), 0,
                                    first_collision()));
-    checks.push_back(check_at_most("motion.forward_kinematics_m", worst_position, kPoseTolerance,
+    checks.push_back(check_at_most("motion.forward_kinematics_m", worst_.position_m, kPoseTolerance,
                                    "largest distance between the tip that the joints bring about and the pose"));
-    checks.push_back(check_at_most("motion.forward_kinematics_rad", worst_rotation, kPoseTolerance,
+    checks.push_back(check_at_most("motion.forward_kinematics_rad", worst_.rotation_rad, kPoseTolerance,
                                    "largest turn between the frame that the joints bring about and the pose"));
-    checks.push_back(check_at_most("motion.branch_jumps", static_cast<double>(jumps), 0,
+    checks.push_back(check_at_most("motion.branch_jumps", static_cast<double>(worst_.jumps), 0,
                                    "segments in which a joint turns more than arm.max_joint_step_rad"));
     checks.push_back(check_at_most("motion.joint_speed_ratio", report.max_joint_speed_ratio,
                                    arm.joint_speed_fraction + 1e-9,
@@ -536,28 +615,14 @@ class MotionPlanner {
                                     motion.waypoints.empty() ? 0.0 : arm.min_singularity_metric,
                                     "least of |sin q5|, |sin q3|, shoulder margin"));
     checks.push_back(
-        check_at_most("motion.volume_error", worst_volume, 1e-9,
+        check_at_most("motion.volume_error", worst_volume_, 1e-9,
                       "largest relative difference between the volume of a path and that of its waypoints"));
-    checks.push_back(check_at_most("motion.near_waypoints", static_cast<double>(near), 0,
+    checks.push_back(check_at_most("motion.near_waypoints", static_cast<double>(worst_.near), 0,
                                    "consecutive waypoints nearer than tolerances.min_segment_mm"));
     checks.push_back(check_at_most(
         "motion.tilt_deviation_deg", report.tilt_deviation_max_deg,
         cell_.machine().tolerances.max_tilt_deviation.degrees() + 1e-6 + cell_.machine().tolerances.axis.degrees(),
         "largest angle between nozzle axis and layer normal"));
-  }
-
-  // Over the paths that were planned: their waypoints' volume against their points'.
-  double volume_error() const {
-    double worst = 0.0;
-    const auto& chains = result_.motion.paths;
-    for (std::size_t c = 0; c < chains.size();) {
-      const Index path = chains[c].path;
-      double laid = 0.0, wanted = 0.0;
-      for (; c < chains.size() && chains[c].path == path; ++c) laid += chains[c].volume_mm3;
-      for (const PathPoint& point : points_of(paths_[path])) wanted += point.volume_mm3;
-      worst = std::max(worst, std::abs(laid - wanted) / std::max(1e-12, wanted));
-    }
-    return worst;
   }
 
   void report_deviations() {
@@ -588,25 +653,23 @@ class MotionPlanner {
   struct ChainEnds {
     double first_yaw, last_yaw;
     int branch;
-    bool links_free;  // nothing touches forearm and wrist
   };
 
   const Toolpaths& toolpaths_;
   const Cell& cell_;
   const MotionOptions& options_;
+  const PartPlacement& placement_;
   const RunContext& run_;
-  // The toolpaths placed, with long segments divided.
-  std::vector<Path> paths_;
-  std::vector<PathPoint> points_;
-  std::vector<Vec3> tips_, axes_;
-  std::vector<Index> laid_before_;
-  std::vector<char> known_free_;  // the head at this point touches nothing, with the axis as it is now
-  std::vector<Index> sources_;    // toolpath point, kNone for one that divides a segment
+  std::vector<Index> order_;         // of the toolpaths' paths
+  std::vector<Index> first_points_;  // placed points before each path, and all at the end
+  bool reordered_ = false;
   Deposit deposit_;
-  std::vector<std::vector<DraftPoint>> drafts_;
-  std::vector<ChainEnds> ends_;  // of each chain
-  std::vector<double> deviations_;
-  double rotation_ = 0.0;
+  std::vector<std::vector<AxisFault>> faults_;  // of the paths of this run
+  ArmState state_;
+  std::vector<ChainEnds> ends_;
+  std::vector<float> deviations_;
+  ChainFigures worst_;
+  double worst_volume_ = 0.0;
   MotionResult result_;
 };
 
@@ -616,7 +679,30 @@ MotionResult plan_motion(const Toolpaths& toolpaths, const Machine& machine, con
                          const RunContext& run) {
   const Cell cell(machine);
   const PartPlacement placement = place_part(toolpaths, cell, options, run);
-  return MotionPlanner(toolpaths, cell, options, run).plan(placement);
+  return MotionPlanner(toolpaths, cell, options, placement, run).plan();
+}
+
+void reorder_paths(Toolpaths& toolpaths, std::span<const Index> order) {
+  std::size_t begin = 0;
+  while (begin < order.size() && order[begin] == static_cast<Index>(begin)) ++begin;
+  std::size_t end = order.size();
+  while (end > begin && order[end - 1] == static_cast<Index>(end - 1)) --end;
+  if (begin == end) return;
+  const auto first = toolpaths.paths.begin() + static_cast<std::ptrdiff_t>(begin);
+  const auto last = toolpaths.paths.begin() + static_cast<std::ptrdiff_t>(end);
+  const std::vector<Path> paths(first, last);
+  Index point = paths.front().first_point;
+  const std::vector<PathPoint> points(toolpaths.points.begin() + point,
+                                      toolpaths.points.begin() + paths.back().first_point + paths.back().point_count);
+  const Index offset = point;
+  for (std::size_t i = begin; i < end; ++i) {
+    Path path = paths[static_cast<std::size_t>(order[i]) - begin];
+    const auto from = points.begin() + (path.first_point - offset);
+    std::copy(from, from + path.point_count, toolpaths.points.begin() + point);
+    path.first_point = point;
+    point += path.point_count;
+    toolpaths.paths[i] = path;
+  }
 }
 
 }  // namespace curvesup

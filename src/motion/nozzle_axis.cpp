@@ -12,20 +12,13 @@ constexpr double kKeySpacing = 2.0;  // mm between points at which tilt is chose
 constexpr double kKeyTurn = 0.12;    // rad of axis turn between them
 constexpr int kAzimuths = 8;
 constexpr double kLevelStep = 7.5 * kPi / 180.0;
+constexpr int kFiner = 3;   // where the coarse directions have left a contact
 constexpr int kWindow = 4;  // keys around a fault that may tilt, times the number of levels over 4
 constexpr double kFaultCost = 1e6;
+constexpr double kBetween = 0.1;    // of the cost at a point, half way to its neighbour
+constexpr double kTightCost = 1e3;  // of standing at no distance from what is printed
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
-
-// `axis` pulled towards `centre` until it is within `limit` of it.
-Vec3 within(const Vec3& axis, const Vec3& centre, double limit) {
-  const double chord = (axis - centre).squaredNorm();
-  if (chord <= 1.0 && 1.1 * chord <= limit * limit) return axis;  // an angle up to a radian is 1.048 of its chord at most
-  const double angle = angle_between(axis, centre);
-  if (angle <= limit) return axis;
-  const Vec3 across = (axis - axis.dot(centre) * centre).normalized();
-  return (std::cos(limit) * centre + std::sin(limit) * across).normalized();
-}
 
 // Chooses tilts at the key points of one path.
 class TiltPlanner {
@@ -41,11 +34,17 @@ class TiltPlanner {
         before_(before),
         options_(options),
         axes_(axes),
-        known_free_(known_free) {
+        known_free_(known_free),
+        between_(!extra_keys.empty()) {
     keys_ = key_points(tips, axes, extra_keys);
     const double most = cell.machine().tolerances.max_tilt_deviation.radians();
     levels_ = static_cast<int>(std::ceil(most / kLevelStep));
-    states_ = 1 + levels_ * kAzimuths;
+    window_ = static_cast<std::size_t>(kWindow * std::max(1, levels_ / 4));
+    if (between_) {
+      levels_ *= kFiner;
+      azimuths_ *= kFiner;
+    }
+    states_ = 1 + levels_ * azimuths_;
   }
 
   std::vector<AxisFault> run() {
@@ -88,9 +87,29 @@ class TiltPlanner {
     return false;
   }
 
+  double tight_cost(std::size_t i, const Vec3& tip, const Vec3& axis) const {
+    const double wanted = cell_.machine().tolerances.clearance_mm;
+    const double gap = deposit_.head_gap(cell_.head(), tip, axis, free_height(points_[i]), wanted, before_[i]);
+    if (gap < 0.0) return kFaultCost * (1.0 - gap);
+    return gap < wanted ? kTightCost * (1.0 - gap / wanted) : 0.0;
+  }
+
+  // What it costs to lack clearance, or reach, there.
+  double lack_cost(std::size_t key, const Vec3& axis) {
+    const std::size_t i = keys_[key];
+    double cost = 0.0;
+    if (options_.avoid_collisions) {
+      if (!cell_.head_above_table(tips_[i], axis)) return 2.0 * kFaultCost;
+      cost = tight_cost(i, tips_[i], axis);
+      if (between_ && i > 0) cost += kBetween * tight_cost(i, 0.5 * (tips_[i - 1] + tips_[i]), axis);
+      if (between_ && i + 1 < tips_.size()) cost += kBetween * tight_cost(i, 0.5 * (tips_[i] + tips_[i + 1]), axis);
+    }
+    return reachable(cell_, tips_[i], axis, options_.yaw_samples, hint_) ? cost : 2.0 * kFaultCost;
+  }
+
   // Runs of keys around those that are not free as they stand.
   std::vector<Window> windows(const std::vector<char>& free) const {
-    const std::size_t reach = static_cast<std::size_t>(kWindow * std::max(1, levels_ / 4));
+    const std::size_t reach = window_;
     std::vector<Window> result;
     for (std::size_t k = 0; k < free.size(); ++k) {
       if (free[k]) continue;
@@ -108,15 +127,15 @@ class TiltPlanner {
     const Vec3& axis = axes_[keys_[key]];
     if (state == 0) return axis;
     const double most = cell_.machine().tolerances.max_tilt_deviation.radians();
-    const double tilt = most * ((state - 1) / kAzimuths + 1) / levels_;
-    const double azimuth = 2.0 * kPi * ((state - 1) % kAzimuths) / kAzimuths;
+    const double tilt = most * ((state - 1) / azimuths_ + 1) / levels_;
+    const double azimuth = 2.0 * kPi * ((state - 1) % azimuths_) / azimuths_;
     const Mat3 frame = least_rotation_to(axis);
     // Azimuth 0 tilts the axis towards vertical.
     Vec3 up = Vec3::UnitZ() - axis.z() * axis;
     up = up.norm() > 1e-6 ? Vec3(up.normalized()) : Vec3(frame.col(0));
     const Vec3 side = axis.cross(up);
     const Vec3 tilted = std::cos(tilt) * axis + std::sin(tilt) * (std::cos(azimuth) * up + std::sin(azimuth) * side);
-    return within(tilted.normalized(), points_[keys_[key]].normal, most);
+    return limited_axis(tilted.normalized(), points_[keys_[key]].normal, most);
   }
 
   double spacing(std::size_t key) const {
@@ -137,8 +156,7 @@ class TiltPlanner {
         const std::size_t slot = k * states_ + s;
         axis[slot] = candidate(begin + k, s);
         const double deviation = angle_between(axis[slot], points_[keys_[begin + k]].normal);
-        double own = deviation * deviation * length;
-        if (!allowed(begin + k, axis[slot], nullptr)) own += kFaultCost;
+        const double own = deviation * deviation * length + lack_cost(begin + k, axis[slot]);
         double best = k == 0 ? 0.0 : 1e300;
         for (int from = 0; k > 0 && from < states_; ++from) {
           const std::size_t before = slot - s - states_ + from;
@@ -174,14 +192,14 @@ class TiltPlanner {
         if (i > from) passed += (tips_[i] - tips_[i - 1]).norm();
         const double t = length > 0.0 ? passed / length : 1.0;
         const Vec3 offset = k == 0 ? offsets_[0] : Vec3((1.0 - t) * offsets_[k - 1] + t * offsets_[k]);
-        if (offset.squaredNorm() > 0.0) axes_[i] = within((axes_[i] + offset).normalized(), points_[i].normal, most);
+        if (offset.squaredNorm() > 0.0) axes_[i] = limited_axis((axes_[i] + offset).normalized(), points_[i].normal, most);
       }
     }
   }
 
   std::vector<AxisFault> remaining_faults(const std::vector<char>& was_free) {
     std::vector<AxisFault> faults;
-    const std::size_t reach = static_cast<std::size_t>(kWindow * std::max(1, levels_ / 4));
+    const std::size_t reach = window_;
     std::vector<char> near(was_free.size(), 0);
     for (std::size_t k = 0; k < was_free.size(); ++k) {
       if (was_free[k]) continue;
@@ -203,13 +221,24 @@ class TiltPlanner {
   const MotionOptions& options_;
   std::span<Vec3> axes_;
   std::span<char> known_free_;
+  bool between_;  // poses half way to the neighbouring points count too
   std::vector<std::size_t> keys_;
   std::vector<Vec3> offsets_;
-  int levels_ = 0, states_ = 1;
+  std::size_t window_ = 0;
+  int levels_ = 0, azimuths_ = kAzimuths, states_ = 1;
   ReachHint hint_;
 };
 
 }  // namespace
+
+Vec3 limited_axis(const Vec3& axis, const Vec3& centre, double limit) {
+  const double chord = (axis - centre).squaredNorm();
+  if (chord <= 1.0 && 1.1 * chord <= limit * limit) return axis;  // an angle up to a radian is 1.048 of its chord at most
+  const double angle = angle_between(axis, centre);
+  if (angle <= limit) return axis;
+  const Vec3 across = (axis - axis.dot(centre) * centre).normalized();
+  return (std::cos(limit) * centre + std::sin(limit) * across).normalized();
+}
 
 std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const Vec3> axes,
                                     std::span<const Index> extra) {
@@ -246,11 +275,13 @@ bool reachable(const Cell& cell, const Vec3& tip, const Vec3& axis, int yaw_samp
   if (cell.solve(tip, axis, hint.yaw, hint.branch, joints) == ArmFault::none) return true;
   ArmFault least = ArmFault::reach;
   for (const double yaw : yaw_values(yaw_samples)) {
-    const IkSolutions solutions = inverse_kinematics(cell.machine().arm, cell.flange_frame(tip, axis, yaw));
-    for (int i = 0; i < solutions.count; ++i) {
-      const ArmFault found = cell.arm_fault(solutions.joints[i]);
+    std::array<Posture, 8> postures;
+    const int count = inverse_kinematics(cell.machine().arm, cell.flange_frame(tip, axis, yaw), postures);
+    for (int i = 0; i < count; ++i) {
+      const Posture& posture = postures[static_cast<std::size_t>(i)];
+      const ArmFault found = cell.arm_fault(posture);
       if (found == ArmFault::none) {
-        hint = {yaw, solutions.branch[i]};
+        hint = {yaw, posture.branch};
         return true;
       }
       if (least == ArmFault::reach) least = found;
@@ -270,13 +301,13 @@ void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, 
   if (count == 0) return;
   const auto reach = [&](std::size_t a, std::size_t b) { return rate * (tips[a] - tips[b]).norm(); };
   axes[0] = points[0].normal;
-  for (std::size_t i = 1; i < count; ++i) axes[i] = within(points[i].normal, axes[i - 1], reach(i, i - 1));
+  for (std::size_t i = 1; i < count; ++i) axes[i] = limited_axis(points[i].normal, axes[i - 1], reach(i, i - 1));
   Vec3 back = points[count - 1].normal;
   for (std::size_t i = count; i-- > 0;) {
-    if (i + 1 < count) back = within(points[i].normal, back, reach(i, i + 1));
+    if (i + 1 < count) back = limited_axis(points[i].normal, back, reach(i, i + 1));
     const Vec3 mean = axes[i] + back;
     if (mean.norm() > 1e-6) axes[i] = mean.normalized();
-    axes[i] = within(axes[i], points[i].normal, most);
+    axes[i] = limited_axis(axes[i], points[i].normal, most);
   }
 }
 

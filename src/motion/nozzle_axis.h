@@ -16,6 +16,9 @@ struct AxisFault {
   Contact contact;  // contact.point == kNone: the platform
 };
 
+// `axis` pulled towards `centre` until it is within `limit` radians of it; unit vectors.
+[[nodiscard]] Vec3 limited_axis(const Vec3& axis, const Vec3& centre, double limit);
+
 // Nozzle axes of one path from its layer normals: turned towards their neighbours where the normals turn faster than
 // max_tilt_rate, but never more than max_tilt_deviation from the normal.
 void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, const Tolerances& tolerances,
@@ -31,7 +34,8 @@ void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, 
 // first fault that no allowed tilt removes, if any; its axis stays as near the normal as smoothing left it.
 //   first_point  index of points[0] in Toolpaths::points
 //   before       for each point: what lies before this toolpath point counts as printed
-//   extra_keys   ascending; points of the path that are keys whatever their distance
+//   extra_keys   ascending; points of the path that are keys whatever their distance; with any, poses half way to the
+//                neighbouring points count too
 //   known_free   set for the key points that were found free of contact as they stood, when no axis was tilted
 std::vector<AxisFault> tilt_axes(const Cell& cell, const Deposit& deposit, Index first_point,
                                  std::span<const PathPoint> points, std::span<const Vec3> tips,

@@ -378,6 +378,7 @@ void certificate(SliceState& state, const RunContext& run) {
 void motion(SliceState& state, const RunContext& run) {
   const Machine machine = machine_from_config(config_value(state.config, "machine"));
   state.motion = plan_motion(state.toolpath.toolpaths, machine, {}, run);
+  reorder_paths(state.toolpath.toolpaths, state.motion.path_order);
   const MotionReport& report = state.motion.report;
   state.add_checks(report.checks);
   Json unreachable = Json::array(), collisions = Json::array();

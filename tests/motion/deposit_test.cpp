@@ -6,6 +6,7 @@
 #include <random>
 
 #include "helpers/toolpath_shapes.h"
+#include "motion/arm_path.h"
 
 namespace curvesup {
 namespace {
@@ -163,6 +164,70 @@ TEST(Deposit, TopGrowsWithThePrint) {
   const Deposit deposit(toolpaths.paths, toolpaths.points, tips, 1.0);
   EXPECT_NEAR(deposit.top_before(static_cast<Index>(tips.size())), 1.8, 1e-12);
   EXPECT_NEAR(deposit.top_before(1), 0.6, 1e-12);
+}
+
+// Every sample's distance from every capsule, one by one.
+TEST(TouchingLink, AgreesWithBruteForceAndNamesTheLink) {
+  const Machine machine;
+  const Cell cell(machine);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> turn(-0.5, 0.5), shift(-90.0, 90.0);
+  int touched = 0, free = 0, forearm = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    Joints joints = radians(machine.stations.home_deg);
+    for (double& joint : joints) joint += turn(random);
+    const auto links = cell.links(joints);
+    // A bead of two points, near the middle of a link.
+    const Cell::Capsule& near = links[static_cast<std::size_t>(trial) % links.size()];
+    const Vec3 at = 0.5 * (near.a + near.b) + Vec3(shift(random), shift(random), shift(random));
+    Toolpaths toolpaths;
+    shapes::add_path(toolpaths, {at, at + Vec3(0.5, 0.0, 0.0)}, {Vec3::UnitZ(), Vec3::UnitZ()}, 0);
+    std::vector<Vec3> tips;
+    for (const PathPoint& point : toolpaths.points) tips.push_back(point.position + point.tip_offset_mm * point.normal);
+    const Deposit deposit(toolpaths.paths, toolpaths.points, tips, 1.0);
+    double gap = 1e300;
+    std::string nearest;
+    for (const Cell::Capsule& link : links) {
+      for (const Vec3& tip : tips) {
+        const Vec3 along = link.b - link.a;
+        const double t = std::clamp((tip - link.a).dot(along) / along.squaredNorm(), 0.0, 1.0);
+        const double distance = (tip - link.a - t * along).norm() - link.radius;
+        if (distance < gap) gap = distance, nearest = link.name;
+      }
+    }
+    if (std::abs(gap - 5.0) < 1e-3) continue;
+    const char* link = touching_link(cell, deposit, joints, 2, 5.0);
+    EXPECT_EQ(link != nullptr, gap < 5.0) << gap;
+    EXPECT_EQ(touching_link(cell, deposit, joints, 0, 5.0), nullptr);  // nothing is laid yet
+    (link ? touched : free) += 1;
+    forearm += link && std::string(link) == "forearm";
+  }
+  EXPECT_GT(touched, 30);
+  EXPECT_GT(free, 30);
+  EXPECT_GT(forearm, 10);
+}
+
+TEST(Deposit, ReorderedPathsAreLaidInTheNewOrder) {
+  Scene scene = random_scene();
+  const std::size_t count = scene.toolpaths.paths.size();
+  ASSERT_GT(count, 3u);
+  const std::vector<Index> order = {2, 0, 1};  // paths 1, 2, 3 become 3, 1, 2
+  Toolpaths moved = scene.toolpaths;
+  std::vector<Index> whole(count);
+  for (std::size_t i = 0; i < count; ++i) whole[i] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < 3; ++i) whole[1 + i] = 1 + order[i];
+  reorder_paths(moved, whole);
+  std::vector<Vec3> tips;
+  for (const PathPoint& point : moved.points) tips.push_back(point.position + point.tip_offset_mm * point.normal);
+  const Deposit anew(moved.paths, moved.points, tips, 1.0);
+  Deposit turned(scene.toolpaths.paths, scene.toolpaths.points, scene.tips, 1.0);
+  turned.reorder(1, order);
+  const HeadShape head{Tool{}};
+  for (Index before = 0; before < static_cast<Index>(moved.points.size()); before += 7) {
+    EXPECT_EQ(turned.top_before(before), anew.top_before(before));
+    const Vec3 tip = tips[static_cast<std::size_t>(before)];
+    EXPECT_EQ(turned.touches_head(head, tip, Vec3::UnitZ(), 0.3, 0.2, before), anew.touches_head(head, tip, Vec3::UnitZ(), 0.3, 0.2, before));
+  }
 }
 
 }  // namespace

@@ -91,10 +91,12 @@ TEST(Plots, OneForEachThingThatRan) {
   const Layered layered;
   const Toolpaths toolpaths = shapes::flat_rings(10.0, 3);
   Motion motion;
-  motion.waypoints.resize(2);
-  motion.waypoints[0].point = 0;
-  motion.waypoints[1].point = toolpaths.paths[0].point_count - 1;
-  motion.waypoints[1].duration_s = 30.0;
+  Waypoint start, end;
+  start.point = 0;
+  end.point = toolpaths.paths[0].point_count - 1;
+  end.duration_s = 30.0;
+  motion.waypoints.push_back(start);
+  motion.waypoints.push_back(end);
   motion.paths.resize(1);
   motion.paths[0].waypoint_count = 2;
   EXPECT_TRUE(make_plots({}).empty());

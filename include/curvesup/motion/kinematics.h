@@ -20,6 +20,14 @@ struct IkSolutions {
   std::array<int, 8> branch{};
 };
 
+// A solution with what its geometry tells besides.
+struct Posture {
+  Joints joints{};
+  int branch = 0;
+  std::array<Vec3, 5> origins;  // of the frames behind joints 2 to 6: elbow, wrist, ..., flange
+  double singularity = 0.0;     // see singularity_metric()
+};
+
 // Flange frame of a Denavit-Hartenberg chain.
 [[nodiscard]] Frame forward_kinematics(const Arm& arm, const Joints& joints);
 // Frames 1..6 behind each joint; frames[5] is the flange.
@@ -31,6 +39,9 @@ struct IkSolutions {
 [[nodiscard]] IkSolutions inverse_kinematics(const Arm& arm, const Frame& flange);
 // The solution of one branch; false when there is none.
 [[nodiscard]] bool inverse_kinematics(const Arm& arm, const Frame& flange, int branch, Joints& joints);
+// The same with the posture; solutions of all branches, in ascending order of branches: returns how many.
+[[nodiscard]] bool inverse_kinematics(const Arm& arm, const Frame& flange, int branch, Posture& posture);
+[[nodiscard]] int inverse_kinematics(const Arm& arm, const Frame& flange, std::array<Posture, 8>& postures);
 // True when the arm's table has the form that the closed form needs.
 [[nodiscard]] bool has_closed_form(const Arm& arm);
 

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,6 +31,35 @@ struct Waypoint {
 
 enum class TravelKind : std::uint8_t { joint, linear };
 enum class TravelStep : std::uint8_t { lift, cross, lower, to_purge, purge, from_purge, to_home };
+
+// The waypoints of a print, in 96 bytes each: lengths to a nanometre (up to 2 m), angles and axes to 4e-9, volume,
+// speed, duration and blend to seven digits. Elements are values: what is taken out is a copy.
+class WaypointList {
+ public:
+  WaypointList() = default;
+  WaypointList(std::initializer_list<Waypoint> waypoints) {
+    for (const Waypoint& waypoint : waypoints) push_back(waypoint);
+  }
+  [[nodiscard]] std::size_t size() const { return packed_.size(); }
+  [[nodiscard]] bool empty() const { return packed_.empty(); }
+  [[nodiscard]] Waypoint operator[](std::size_t i) const;
+  [[nodiscard]] Waypoint back() const { return (*this)[size() - 1]; }
+  void set(std::size_t i, const Waypoint& waypoint);
+  void push_back(const Waypoint& waypoint);
+  void resize(std::size_t count) { packed_.resize(count); }
+  void reserve(std::size_t count) { packed_.reserve(count); }
+
+ private:
+  struct Packed {
+    std::array<std::int32_t, 3> tip{}, position{}, rotation{}, axis{};
+    std::array<std::int32_t, 6> joints{};
+    float volume = 0.0f, speed = 0.0f, duration = 0.0f, blend = 0.0f;
+    Index point = kNone;
+    bool rotation_limited = false;
+  };
+  static Packed pack(const Waypoint& waypoint);
+  std::vector<Packed> packed_;
+};
 
 // A move without extrusion: movej to `joints` or movel to `pose`; always ends at a stop.
 struct Travel {
@@ -68,7 +101,7 @@ struct Motion {
   Vec3 part_offset_mm = Vec3::Zero();  // added to every toolpath point: Placement::automatic moves the part in x and y
   double part_rotation_rad = 0.0;      // about z, before the offset
   std::vector<PathMotion> paths;
-  std::vector<Waypoint> waypoints;
+  WaypointList waypoints;
   std::vector<Travel> travels;
   Index final_travel = 0;
 };
@@ -122,15 +155,23 @@ struct MotionReport {
 struct MotionResult {
   Motion motion;
   MotionReport report;
+  // Empty, or in which order the paths have to be printed so that the head touches nothing: their indices in the
+  // toolpaths that were given. `motion` and `report` count paths and points in this order; see reorder_paths().
+  std::vector<Index> path_order;
 };
 
 // Plans every pose of the arm for printing `toolpaths` in print order.
 //   Guarantees  bead volume is conserved exactly per path; every waypoint's joints reproduce its pose to 1e-6; one arm
-//               branch per chain; limits of `machine` kept, or the place listed in `unreachable` / `collisions`.
+//               branch per chain; limits of `machine` kept, or the place listed in `unreachable` / `collisions`. Where
+//               no allowed tilt keeps the head off what lies beside a path of the same piece, the path is printed before
+//               that one: path_order says so.
 //   Errors      none for reach or collision: those are data, and the caller decides (exit code 6). When
 //               report.unreachable is not empty, motion is not complete and must not be emitted.
 //   Cost        linear in the number of toolpath points; deterministic for any thread count.
 [[nodiscard]] MotionResult plan_motion(const Toolpaths& toolpaths, const Machine& machine,
                                        const MotionOptions& options = {}, const RunContext& run = {});
+
+// Puts paths and their points into an order that plan_motion() asks for; nothing happens when it is empty.
+void reorder_paths(Toolpaths& toolpaths, std::span<const Index> order);
 
 }  // namespace curvesup
