@@ -895,7 +895,7 @@
     if (fastFrames > 60 && state.quality > 0) { --state.quality; fastFrames = 0; averageFrame = 20; }
   }
 
-  let awake = false, lastMove = 0, lastFrame = 0, ratio = 0, drawnStill = false;
+  let awake = false, lastMove = 0, lastFrame = 0, ratio = 0, drawnStill = false, drawnSize = '';
   function wake() { drawnStill = false; if (!awake) { awake = true; lastFrame = 0; requestAnimationFrame(frame); } }
   function moved() { lastMove = performance.now(); wake(); }
 
@@ -908,6 +908,7 @@
       renderer.setSize(w, h, false);
     }
     camera.aspect = w / Math.max(h, 1);
+    drawnSize = `${w} ${h}`;
   }
   function applyState(level, moving) {
     const show = state.show, from = state.only ? state.layer : -1e9, to = state.layer;
@@ -1375,7 +1376,8 @@
   if (scene.inspect) { state.show.overhang = false; refresh(); } else preset('part');
   Object.assign(view, fitted(...kHome));
   window.addEventListener('resize', wake);
-  new ResizeObserver(wake).observe($('stage'));
+  // It also tells the first size, which is drawn already.
+  new ResizeObserver(() => { if (drawnSize !== `${canvas.clientWidth} ${canvas.clientHeight}`) wake(); }).observe($('stage'));
   wake();
 
   // For tests: what the page is doing, without a way to change what it shows.
