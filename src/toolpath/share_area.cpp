@@ -13,7 +13,7 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kLarge = 0.75;          // widths: edges of triangles whose corners are not trusted
-constexpr double kSmall = 0.375;         // widths: edges of triangles that are not cut where three tracks meet
+constexpr double kFar = 1e6;              // mm
 constexpr double kIrregularRise = 1.3;   // widths below the medial line
 constexpr double kSmallPiece = 16.0;     // squared widths: irregular as a whole
 constexpr double kStretch = 1.5;         // widths
@@ -208,10 +208,29 @@ double positive_part(const std::array<double, 3>& value) {
   return above == 1 ? part : 1.0 - part;
 }
 
+// The parts of a triangle where each of three functions, linear between their values at the corners, is the least: counted on
+// the 16 like triangles that it is made of.
+std::array<double, 3> least_parts(const std::array<std::array<double, 3>, 3>& value) {
+  constexpr int kRows = 4;
+  std::array<double, 3> part{};
+  const auto count = [&](double x, double y) {
+    std::array<double, 3> here;
+    for (int f = 0; f < 3; ++f) here[f] = value[f][0] + x * (value[f][1] - value[f][0]) + y * (value[f][2] - value[f][0]);
+    part[std::min_element(here.begin(), here.end()) - here.begin()] += 1.0 / (kRows * kRows);
+  };
+  for (int i = 0; i < kRows; ++i) {
+    for (int j = 0; i + j < kRows; ++j) {
+      count((i + 1.0 / 3.0) / kRows, (j + 1.0 / 3.0) / kRows);
+      if (i + j + 1 < kRows) count((i + 2.0 / 3.0) / kRows, (j + 2.0 / 3.0) / kRows);
+    }
+  }
+  return part;
+}
+
 class AreaShares {
  public:
   AreaShares(const PieceMesh& mesh, const std::vector<char>& irregular, const BeadWidths& beads, std::vector<Track>& tracks)
-      : mesh_(mesh), irregular_(irregular), beads_(beads), tracks_(tracks) {}
+      : mesh_(mesh), irregular_(irregular), beads_(beads), tracks_(tracks), limit_(kLarge * beads.width) {}
 
   void run() {
     cut_into_stretches();
@@ -277,8 +296,8 @@ class AreaShares {
     }
   }
 
-  // To whom a triangle belongs is told by its corners: to one track, or to two with the straight line between them;
-  // where three meet, and where it is too large to trust its corners, it is halved.
+  // To whom a triangle belongs is told by its corners: to one track, to two with the straight line between them, or to
+  // three. A triangle too large to trust its corners is halved.
   void hand_out(NearSegments& near, const Triangle& triangle, double area) {
     int longest = 0;
     double squared = 0.0;
@@ -286,10 +305,7 @@ class AreaShares {
       const double s = (triangle[next3(i)].place - triangle[i].place).squaredNorm();
       if (s > squared) squared = s, longest = i;
     }
-    int lone = 0;  // the corner that belongs to another track than the two others
-    while (lone < 3 && !adjoin(triangle[next3(lone)].owner, triangle[prev3(lone)].owner)) ++lone;
-    const double limit = (lone == 3 ? kSmall : kLarge) * beads_.width;
-    if (squared > limit * limit) {
+    if (squared > limit_ * limit_) {
       const Corner &a = triangle[longest], &b = triangle[next3(longest)];
       Corner middle{0.5 * (a.place + b.place), (a.normal + b.normal).normalized(), kNone};
       middle.owner = owner_of(near, middle.place, middle.normal);
@@ -299,18 +315,35 @@ class AreaShares {
       hand_out(near, right, 0.5 * area);
       return;
     }
-    double own = 1.0 / 3.0;  // the part of the lone corner's track
-    if (lone < 3 && !adjoin(triangle[lone].owner, triangle[next3(lone)].owner)) own = part_of(triangle, lone);
-    for (int i = 0; i < 3; ++i) give(triangle[i].owner, area * (lone == 3 ? 1.0 / 3.0 : i == lone ? own : 0.5 * (1.0 - own)));
+    const std::array<double, 3> parts = parts_of(triangle);
+    for (int i = 0; i < 3; ++i) give(triangle[i].owner, parts[i] * area);
   }
 
-  // The part of a triangle that lies nearer to the track of one corner than to that of the two others.
-  [[nodiscard]] double part_of(const Triangle& triangle, int lone) const {
+  // The parts of a triangle that belong to the owners of its corners.
+  [[nodiscard]] std::array<double, 3> parts_of(const Triangle& triangle) const {
+    int lone = 0;  // the corner that may belong to another track than the two others
+    while (lone < 3 && !adjoin(triangle[next3(lone)].owner, triangle[prev3(lone)].owner)) ++lone;
+    if (lone == 3) {
+      std::array<std::array<double, 3>, 3> distance;
+      for (int i = 0; i < 3; ++i) distance[i] = distances_from(triangle[i].owner, triangle);
+      return least_parts(distance);
+    }
     const Index here = triangle[lone].owner, there = triangle[next3(lone)].owner;
-    if (here == kNone || there == kNone) return 1.0 / 3.0;
-    std::array<double, 3> nearer;
-    for (int i = 0; i < 3; ++i) nearer[i] = distance_from(triangle[i].place, there) - distance_from(triangle[i].place, here);
-    return positive_part(nearer);
+    double own = 1.0 / 3.0;
+    if (!adjoin(here, there) && here != kNone && there != kNone) {
+      const std::array<double, 3> from_here = distances_from(here, triangle), from_there = distances_from(there, triangle);
+      own = positive_part({from_there[0] - from_here[0], from_there[1] - from_here[1], from_there[2] - from_here[2]});
+    }
+    std::array<double, 3> parts;
+    parts.fill(0.5 * (1.0 - own));
+    parts[lone] = own;
+    return parts;
+  }
+
+  // The distances of the corners from a track.
+  [[nodiscard]] std::array<double, 3> distances_from(Index segment, const Triangle& triangle) const {
+    if (segment == kNone) return {kFar, kFar, kFar};
+    return {distance_from(triangle[0].place, segment), distance_from(triangle[1].place, segment), distance_from(triangle[2].place, segment)};
   }
 
   [[nodiscard]] bool adjoin(Index a, Index b) const {
@@ -402,6 +435,7 @@ class AreaShares {
   const std::vector<char>& irregular_;
   const BeadWidths& beads_;
   std::vector<Track>& tracks_;
+  double limit_;  // of edges
   std::vector<Segment> segments_;  // of all tracks, in their order
   std::vector<Stretch> stretches_;
   std::vector<char> idle_;  // by track
