@@ -1,0 +1,65 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "curvesup/core/types.h"
+
+namespace curvesup::toolpath {
+
+// A straight piece of a track on a surface.
+struct Segment {
+  Vec3 from, along;  // along: to the other end
+  Vec3 normal;       // of the surface
+  double squared_length = 0.0;
+
+  [[nodiscard]] double squared_distance(const Vec3& place) const {
+    const Vec3 out = place - from;
+    const double part = squared_length > 0.0 ? std::clamp(out.dot(along) / squared_length, 0.0, 1.0) : 0.0;
+    return (out - part * along).squaredNorm();
+  }
+};
+
+// A place on a surface with its unit normal.
+struct Place {
+  Vec3 position, normal;
+};
+
+// Cells of a cubic grid. Cells of one slot are not told apart: who looks into one finds some things that are farther off.
+class CellSlots {
+ public:
+  CellSlots(double cell, std::size_t slots) : cell_(cell), mask_(slots - 1) {}  // slots: a power of two
+
+  [[nodiscard]] std::size_t slot_of(const Vec3& place) const { return slot(index(place.x()), index(place.y()), index(place.z())); }
+
+  // Of every cell that the box touches; a slot may come twice.
+  template <class Visit>
+  void for_box(const Vec3& low, const Vec3& high, const Visit& visit) const {
+    const std::int64_t last_x = index(high.x()), last_y = index(high.y()), last_z = index(high.z());
+    for (std::int64_t x = index(low.x()); x <= last_x; ++x) {
+      for (std::int64_t y = index(low.y()); y <= last_y; ++y) {
+        for (std::int64_t z = index(low.z()); z <= last_z; ++z) visit(slot(x, y, z));
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] std::int64_t index(double x) const {
+    constexpr double kOrigin = 1 << 20;
+    return static_cast<std::int64_t>(x / cell_ + kOrigin);
+  }
+  [[nodiscard]] std::size_t slot(std::int64_t x, std::int64_t y, std::int64_t z) const {
+    const std::uint64_t key = static_cast<std::uint64_t>(x << 42 | y << 21 | z);
+    return ((key ^ key >> 32) * 0x9e3779b97f4a7c15ULL >> 32) & mask_;
+  }
+  double cell_;
+  std::size_t mask_;
+};
+
+// For each place the nearest of the segments within `reach` whose surface faces the same way, in single precision; of equal
+// ones the first; kNone where there is none. O(places + segments) for segments not much longer than the reach.
+[[nodiscard]] std::vector<Index> nearest_segments(std::span<const Place> places, std::span<const Segment> segments, double reach);
+
+}  // namespace curvesup::toolpath
