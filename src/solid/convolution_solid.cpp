@@ -15,7 +15,7 @@ namespace curvesup {
 namespace {
 
 constexpr double kStraight = 0.02;    // radii: how far a joined node may lie off its strut
-constexpr double kFootPart = 0.5;  // of its radius a trunk has where it stands on the model
+constexpr double kFootPart = 0.4;  // of its radius a trunk has where it stands on the model
 constexpr double kConeEdge_mm = 0.4;  // over which a cone fades
 constexpr double kNoCone = std::numeric_limits<double>::infinity();
 constexpr double kBoundSlack = 1e-9;  // rounding of the sums that bounds() must enclose

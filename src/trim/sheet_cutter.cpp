@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // Samples may be as far apart as this part of the radius of the thinnest strut near them.
-constexpr double kEdgePerRadius = 0.6;
+constexpr double kEdgePerRadius = 0.5;
 // Between samples so many steps apart that are inside, and whose middle is, everything counts as inside: struts are convex,
 // so all that this can overlook is a notch or a hole narrower than that.
 constexpr int kInsideIntervals = 4;
@@ -386,9 +386,14 @@ Index SheetCutter::point_beside(Index from, Index to, const std::array<Node, 3>&
   if (!(slope > 0.0)) return kNone;
   const double guess = at_middle / slope;
   if (std::abs(guess) < 0.5 * kFlatBorder_mm) return kNone;
-  const double reach = std::clamp(1.5 * guess, -0.5 * length, 0.5 * length);
-  const Vec3 end = middle + reach * across;
-  const double at_end = solid_.value(end);
+  double reach = 0.0, at_end = at_middle;
+  Vec3 end = middle;
+  for (const double times : {1.5, 4.0}) {  // a narrow kernel may change less here than over the cell
+    reach = std::clamp(times * guess, -0.5 * length, 0.5 * length);
+    end = middle + reach * across;
+    at_end = solid_.value(end);
+    if ((at_end >= 0.0) != (at_middle >= 0.0)) break;
+  }
   if ((at_end >= 0.0) == (at_middle >= 0.0)) return kNone;
   // One linear step is near enough where the solid changes as evenly as over the cell; a solid with a jump needs more.
   const double evenness = (at_middle - at_end) / (slope * reach);

@@ -59,7 +59,7 @@ TEST(ConvolutionSolid, ClosedFormIsTheIntegral) {
     std::uniform_real_distribution<double> offset(-4.0, 4.0);
     for (int i = 0; i < 30; ++i) {
       const Vec3 p = 0.5 * (s.a + s.b) + Vec3(offset(random), offset(random), offset(random));
-      EXPECT_NEAR(solid.value(p) + 1.0, by_quadrature(s, p, 1.5), 1e-4);
+      EXPECT_NEAR(solid.value(p) + 1.0, by_quadrature(s, p, ConvolutionOptions{}.kernel_ratio), 1e-4);
     }
   }
 }
@@ -154,7 +154,7 @@ TEST(ConvolutionSolid, FastAnswersAgreeWithTheSlowOnes) {
     outside += bounds.high < 0.0;
     double thinnest = std::numeric_limits<double>::infinity();
     for (const Strut& s : struts) {
-      if ((closest_point_on_segment(p, s.a, s.b) - p).norm() < radius + 1.5 * s.radius_mm) thinnest = std::min(thinnest, s.radius_mm);
+      if ((closest_point_on_segment(p, s.a, s.b) - p).norm() < radius + ConvolutionOptions{}.kernel_ratio * s.radius_mm) thinnest = std::min(thinnest, s.radius_mm);
     }
     const double bound = solid.thinnest_radius(p, radius, 1.2);
     const bool thinner = thinnest <= 1.2;
