@@ -216,6 +216,21 @@ window.curvesupReport = (function () {
     return n >= 1e6 ? `${(n / 1e6).toFixed(1)} MB` : n >= 1e3 ? `${(n / 1e3).toFixed(1)} kB` : `${n} B`;
   }
 
+  // Files that differ in their number only become one line: hundreds of parts would hide the others.
+  function grouped(files) {
+    const groups = new Map();
+    for (const file of files) {
+      const key = file.path.replace(/\d+S?(?=\.\w+$)/, '#');
+      if (!groups.has(key)) groups.set(key, []);
+      groups.get(key).push(file);
+    }
+    return [...groups.values()].flatMap((group) => (group.length < 4 ? group : [{
+      path: `${group[0].path} ... ${group[group.length - 1].path.split('/').pop()}`,
+      bytes: group.reduce((sum, file) => sum + file.bytes, 0),
+      what: `${group.length} files: ${group[0].what}, and so on`,
+    }]));
+  }
+
   function build(root, scene, tools) {
     const {el} = tools, report = scene.report || {};
     const contents = el('p', {class: 'contents'});
@@ -248,12 +263,10 @@ window.curvesupReport = (function () {
     if (scene.files && scene.files.length) {
       head('Files');
       const table = el('table', {class: 'numbers'});
-      const shown = scene.files.length > 200 ? scene.files.slice(0, 200) : scene.files;
-      for (const file of shown) {
+      for (const file of grouped(scene.files)) {
         table.append(el('tr', {}, nameCell(file.path, tools), el('td', {class: 'number'}, bytesText(file.bytes)), el('td', {class: 'meaning'}, file.what)));
       }
       root.append(table);
-      if (shown.length < scene.files.length) root.append(el('p', {class: 'hint'}, `and ${scene.files.length - shown.length} more`));
     }
     if (scene.config) {
       head('Configuration');
