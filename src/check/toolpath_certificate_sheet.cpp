@@ -391,7 +391,8 @@ class ModelOver {
     const double thickness = f.thickness * sheet_.passes, below_middle = 0.5 - (sheet_.pass + 0.5) / sheet_.passes;
     for (auto& [layers, surface] : above_) {
       if (layers > layers_ + std::ceil(gap_ / thickness - 1e-9)) continue;
-      if (surface.footing(p + (layers + below_middle) * thickness * f.normal).distance <= kUnderModel * thickness) return true;
+      const double distance = surface.footing(p + (layers + below_middle) * thickness * f.normal).distance;
+      if (distance <= kUnderModel * thickness && distance < kFarMm) return true;
     }
     return false;
   }

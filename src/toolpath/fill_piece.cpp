@@ -19,8 +19,7 @@ namespace {
 constexpr double kLongestStep = 3.0;   // widths, between tracks that are laid without a lift
 constexpr double kLongestTurn = 5.0;   // widths, from one line to the next where they end on a slant ...
 constexpr double kLongestOpenTurn = 2.0;  // ... or spacings
-constexpr double kDenseInset = 0.4;    // widths from the inner edge of the innermost ring to the ends of lines
-constexpr double kSparseInset = 0.25;  // the same; their ends hold on to the ring
+constexpr double kInset = 0.25;        // widths from the inner edge of the innermost ring to the ends of lines, which hold on to it
 constexpr double kShortestLine = 0.75; // widths
 constexpr double kDepthSlack = 0.02;   // mm
 
@@ -134,7 +133,7 @@ class PieceFiller {
     const int turn = std::abs(sheet_.layer * sheet_.passes + sheet_.pass) % 2;  // of the passes that lie over each other
     std::vector<Track> lines = trace_lines(distance_, ridge_, w,
                                            {.spacing = spacing(),
-                                            .inset = rings_depth() + (sparse_ ? kSparseInset : kDenseInset) * w,
+                                            .inset = rings_depth() + kInset * w,
                                             .narrowest = narrow_depth(),
                                             .shortest = kShortestLine * w,
                                             .angle = (fill_.line_angle_deg / 180.0 + 0.5 * turn) * std::numbers::pi});
