@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <limits>
 #include <queue>
 #include <utility>
@@ -12,6 +14,8 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr double kGain = 1e-5;  // mm
+constexpr std::uint8_t kMostVisits = 4;
 
 // Triangles around each vertex.
 struct Fans {
@@ -230,8 +234,10 @@ std::vector<double> distance_from_section(const PieceMesh& mesh, const Vec3& ori
   for (std::size_t v = 0; v < n; ++v) height[v] = direction.dot(mesh.vertices[v] - origin);
   using Entry = std::pair<double, Index>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  // A value is handed on a few times and not for small gains: corrections would run through the piece again and again.
+  std::vector<std::uint8_t> visits(n, 0);
   const auto offer = [&](Index v, double value) {
-    if (!(value < distance[v] - 1e-9)) return;
+    if (visits[v] == kMostVisits || !(value < distance[v] - (visits[v] > 0 ? kGain : 0.0))) return;
     distance[v] = value;
     queue.emplace(value, v);
   };
@@ -248,7 +254,8 @@ std::vector<double> distance_from_section(const PieceMesh& mesh, const Vec3& ori
   while (!queue.empty()) {
     const auto [value, v] = queue.top();
     queue.pop();
-    if (value != distance[v]) continue;
+    if (value != distance[v] || visits[v] == kMostVisits) continue;
+    ++visits[v];
     for (Index k = fans.first[v]; k < fans.first[v + 1]; ++k) {
       const auto& corner = mesh.triangles[fans.triangles[k]];
       const int i = corner[0] == v ? 0 : corner[1] == v ? 1 : 2;
