@@ -70,11 +70,11 @@ class ManifestCheck {
     findings_.expect(file.value("sha256", "") == hash_of(path), Rule::manifest_hashes, place, "has another hash");
   }
 
-  // Programs are in memory already.
+  // Of programs it is known already.
   std::string hash_of(const std::string& path) const {
     if (path == programs_.job.file) return sha256_hex(programs_.job.text);
     for (const RobotPart& part : programs_.parts) {
-      if (part.file == path) return sha256_hex(part.text);
+      if (part.file == path) return part.sha256;
     }
     return sha256_of_file(folder_ / path);
   }

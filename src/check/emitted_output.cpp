@@ -8,6 +8,7 @@
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
 #include "curvesup/core/parallel.h"
+#include "curvesup/io/sha256.h"
 
 namespace curvesup {
 
@@ -71,6 +72,11 @@ void read_parts(std::vector<RobotPart>& parts, const fs::path& folder, const Mac
       part.text = read_all(folder / part.file);
       read_script(part, static_cast<int>(parts.size()), machine);
       probe_waits(part, machine);
+      part.bytes = part.text.size();
+      part.sha256 = sha256_hex(part.text);
+      part.functions = {};
+      std::string().swap(part.text);
+      part.moves.shrink_to_fit();
       check_arm(part, machine);
       check_chains(part, machine, each[i]);
     }
@@ -79,7 +85,7 @@ void read_parts(std::vector<RobotPart>& parts, const fs::path& folder, const Mac
   for (std::size_t i = 0; i < parts.size(); ++i) {
     findings.merge(parts[i].findings);
     add(figures, each[i]);
-    figures.robot_bytes += parts[i].text.size();
+    figures.robot_bytes += parts[i].bytes;
     for (const RobotMove& move : parts[i].moves) ++(move.kind == RobotMove::Kind::process ? figures.print_moves : figures.travel_moves);
   }
 }

@@ -60,7 +60,9 @@ struct PathComment {
 
 struct RobotPart {
   std::string file;  // "robot/part_0001.script"
-  std::string text;
+  std::string text;  // gone, with the functions, once it is read
+  std::string sha256;
+  std::size_t bytes = 0;
   int number = 0;
   std::vector<RobotEvent> events;
   std::vector<RobotMove> moves;

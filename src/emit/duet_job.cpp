@@ -199,30 +199,34 @@ double change_seconds(const Machine& machine, int loaded, int next) {
   return seconds;
 }
 
-std::vector<DuetState> duet_states(const std::vector<Chain>& chains) {
-  std::vector<DuetState> states(chains.size() + 1);
-  for (std::size_t i = 0; i < chains.size(); ++i) {
+std::vector<DuetState> duet_states(const Motion& motion) {
+  std::vector<DuetState> states(motion.paths.size() + 1);
+  for (std::size_t i = 0; i < motion.paths.size(); ++i) {
     DuetState next = states[i];
-    const PathMotion& path = *chains[i].motion;
+    const PathMotion& path = motion.paths[i];
     if (path.material_change_before) next.loaded = static_cast<int>(path.material);
     if (next.group < 0 || next.source_group != path.group) ++next.group;
     next.source_group = path.group;
     next.layer = path.layer;
-    next.tip_mm = chains[i].moves.empty() ? chains[i].start_tip_mm : chains[i].moves.back().tip_mm;
+    next.tip_mm = Vec3::Zero();
+    if (path.waypoint_count > 0) next.tip_mm = motion.waypoints[path.first_waypoint + path.waypoint_count - 1].tip_mm;
     states[i + 1] = next;
   }
   return states;
 }
 
-std::vector<std::string> write_duet_chains(const Toolpaths& toolpaths, const std::vector<Chain>& chains,
-                                           const std::vector<DuetState>& states, const std::vector<Signals>& signals,
-                                           const Machine& machine, const RunContext& run) {
+void write_duet_chains(const Toolpaths& toolpaths, std::size_t first, const std::vector<Chain>& chains,
+                       const std::vector<DuetState>& states, const std::vector<Signals>& signals,
+                       const Machine& machine, const RunContext& run, std::vector<std::string>& out) {
   const ChainWriter writer(toolpaths, machine);
-  std::vector<std::string> out(chains.size());
+  out.resize(first + chains.size());
   parallel_for(chains.size(), 16, run, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i) out[i] = writer.write(chains[i], states[i], states[i + 1], signals[i].first);
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t c = first + i;
+      out[c] = writer.write(chains[i], states[c], states[c + 1], signals[c].first);
+      out[c].shrink_to_fit();
+    }
   });
-  return out;
 }
 
 std::string duet_header(const DuetHeader& header, const EmitOptions& options, const Machine& machine) {

@@ -39,14 +39,13 @@ double median_height(const Toolpaths& toolpaths) {
   return *middle;
 }
 
-std::vector<Signals> number_signals(const std::vector<Chain>& chains) {
-  std::vector<Signals> signals(chains.size() + 1);
-  for (std::size_t i = 0; i < chains.size(); ++i) {
-    const long gates = std::max<long>(0, static_cast<long>(chains[i].chunks.size()) - 1);
-    signals[i].count = (chains[i].motion->material_change_before ? 2 : 0) + 2 + gates;
-    signals[i + 1].first = signals[i].first + signals[i].count;
+// Signals of the chains that follow those numbered so far.
+void number_signals(const std::vector<Chain>& chains, std::vector<Signals>& signals) {
+  for (const Chain& chain : chains) {
+    const long gates = std::max<long>(0, static_cast<long>(chain.chunks.size()) - 1);
+    signals.back().count = (chain.motion->material_change_before ? 2 : 0) + 2 + gates;
+    signals.push_back({signals.back().first + signals.back().count, 0});
   }
-  return signals;
 }
 
 // A part: the chains first .. last - 1.
@@ -92,8 +91,7 @@ std::vector<Part> pack_parts(const std::vector<RobotChain>& chains, const RobotC
 }
 
 // Seconds of the work at the barriers of a chain.
-double work_seconds(const Chain& chain, int loaded_before, const Machine& machine) {
-  const PathMotion& path = *chain.motion;
+double work_seconds(const PathMotion& path, int loaded_before, const Machine& machine) {
   const Filament& filament = machine.filaments[static_cast<std::size_t>(path.material)];
   double seconds = 2.0 * filament.retract_mm / filament.retract_mm_s;
   if (path.material_change_before) seconds += change_seconds(machine, loaded_before, static_cast<int>(path.material));
@@ -102,7 +100,6 @@ double work_seconds(const Chain& chain, int loaded_before, const Machine& machin
 
 // Everything that both files are made of.
 struct Program {
-  std::vector<Chain> chains;
   std::vector<Signals> signals;
   std::vector<DuetState> states;
   std::vector<RobotChain> robot;
@@ -111,51 +108,29 @@ struct Program {
   std::vector<Part> parts;
 };
 
-Program write_chains(const Toolpaths& toolpaths, const Motion& motion, const Machine& machine, const EmitOptions& options,
-                     const RunContext& run) {
-  Program program;
-  program.chains = schedule_chains(motion, machine, options, run);
-  program.signals = number_signals(program.chains);
-  program.states = duet_states(program.chains);
-  run.progress(0.2);
-  program.robot = write_robot_chains(motion, program.chains, program.states, program.signals, machine, run);
-  program.robot_end = write_robot_end(motion, program.states.back(), machine, program.signals.back().first);
-  run.progress(0.6);
-  if (machine.link.kind != DuetLink::stream) {
-    program.duet = write_duet_chains(toolpaths, program.chains, program.states, program.signals, machine, run);
+void count_chain(const Chain& chain, const RobotChain& robot, int loaded, const Machine& machine, EmitReport& report) {
+  const auto material = static_cast<std::size_t>(chain.motion->material);
+  const double max_flow = machine.filaments[material].max_flow_mm3_s;
+  for (const Move& move : chain.moves) {
+    report.printed_volume_mm3[material] += move.volume_mm3;
+    if (move.duration_s > 0.0) report.max_flow_ratio = std::max(report.max_flow_ratio, move.volume_mm3 / (move.duration_s * max_flow));
   }
-  const DuetState widest{.tip_mm = Vec3::Constant(-1000.0), .loaded = 0};
-  const std::size_t frame = robot_part_header(machine, options, 99999, 99999, widest, Joints{-6, -6, -6, -6, -6, -6}).size() +
-                            robot_part_footer(machine, 99999).size();
-  program.parts = pack_parts(program.robot, program.robot_end, frame, machine.program);
-  run.progress(0.9);
-  return program;
+  if (chain.motion->material_change_before) {
+    const Filament& next = machine.filaments[material];
+    const bool same_tool = loaded >= 0 && machine.filaments[static_cast<std::size_t>(loaded)].tool == next.tool;
+    if (loaded >= 0) ++report.material_changes;
+    if (loaded >= 0 && !same_tool) report.filament_mm[loaded] -= machine.filaments[static_cast<std::size_t>(loaded)].unload_mm;
+    if (!same_tool) report.filament_mm[material] += next.load_mm + next.purge_mm;
+  }
+  report.time_s += robot.lift_s + robot.body_s + work_seconds(*chain.motion, loaded, machine);
+  report.moves += chain.moves.size();
+  report.gates += chain.chunks.empty() ? 0 : chain.chunks.size() - 1;
+  report.tight_gates += static_cast<std::size_t>(chain.tight_gates);
+  report.stops += static_cast<std::size_t>(chain.stops);
+  report.max_chunk_mismatch_s = std::max(report.max_chunk_mismatch_s, chain.max_mismatch_s);
 }
 
-void count(const Program& program, const Machine& machine, EmitReport& report) {
-  for (std::size_t i = 0; i < program.chains.size(); ++i) {
-    const Chain& chain = program.chains[i];
-    const auto material = static_cast<std::size_t>(chain.motion->material);
-    const double max_flow = machine.filaments[material].max_flow_mm3_s;
-    for (const Move& move : chain.moves) {
-      report.printed_volume_mm3[material] += move.volume_mm3;
-      if (move.duration_s > 0.0) report.max_flow_ratio = std::max(report.max_flow_ratio, move.volume_mm3 / (move.duration_s * max_flow));
-    }
-    if (chain.motion->material_change_before) {
-      const Filament& next = machine.filaments[material];
-      const int loaded = program.states[i].loaded;
-      const bool same_tool = loaded >= 0 && machine.filaments[static_cast<std::size_t>(loaded)].tool == next.tool;
-      if (loaded >= 0) ++report.material_changes;
-      if (loaded >= 0 && !same_tool) report.filament_mm[loaded] -= machine.filaments[static_cast<std::size_t>(loaded)].unload_mm;
-      if (!same_tool) report.filament_mm[material] += next.load_mm + next.purge_mm;
-    }
-    report.time_s += program.robot[i].lift_s + program.robot[i].body_s + work_seconds(chain, program.states[i].loaded, machine);
-    report.moves += chain.moves.size();
-    report.gates += chain.chunks.empty() ? 0 : chain.chunks.size() - 1;
-    report.tight_gates += static_cast<std::size_t>(chain.tight_gates);
-    report.stops += static_cast<std::size_t>(chain.stops);
-    report.max_chunk_mismatch_s = std::max(report.max_chunk_mismatch_s, chain.max_mismatch_s);
-  }
+void count_end(const Program& program, const Machine& machine, EmitReport& report) {
   const int loaded = program.states.back().loaded;
   if (loaded >= 0) report.filament_mm[loaded] -= machine.filaments[static_cast<std::size_t>(loaded)].unload_mm;
   report.time_s += program.robot_end.body_s + change_seconds(machine, loaded, -1);
@@ -164,6 +139,40 @@ void count(const Program& program, const Machine& machine, EmitReport& report) {
     report.printed_filament_mm[m] = report.printed_volume_mm3[m] * filament_per_mm3(machine, static_cast<Material>(m));
     report.filament_mm[m] += report.printed_filament_mm[m];
   }
+}
+
+// Some chains at a time: their moves are several times as large as their text.
+Program write_chains(const Toolpaths& toolpaths, const Motion& motion, const Machine& machine, const EmitOptions& options,
+                     const RunContext& run, EmitReport& report) {
+  constexpr std::size_t kTogether = 512;
+  const std::size_t count = motion.paths.size();
+  Program program;
+  program.states = duet_states(motion);
+  program.signals.reserve(count + 1);
+  program.signals.emplace_back();
+  program.robot.reserve(count);
+  if (machine.link.kind != DuetLink::stream) program.duet.reserve(count);
+  for (std::size_t first = 0; first < count; first += kTogether) {
+    const std::vector<Chain> chains =
+        schedule_chains(motion, first, std::min(kTogether, count - first), machine, options, run);
+    number_signals(chains, program.signals);
+    write_robot_chains(motion, first, chains, program.states, program.signals, machine, run, program.robot);
+    if (machine.link.kind != DuetLink::stream) {
+      write_duet_chains(toolpaths, first, chains, program.states, program.signals, machine, run, program.duet);
+    }
+    for (std::size_t i = 0; i < chains.size(); ++i) {
+      count_chain(chains[i], program.robot[first + i], program.states[first + i].loaded, machine, report);
+    }
+    run.progress(0.9 * static_cast<double>(first) / static_cast<double>(count));
+  }
+  program.robot_end = write_robot_end(motion, program.states.back(), machine, program.signals.back().first);
+  const DuetState widest{.tip_mm = Vec3::Constant(-1000.0), .loaded = 0};
+  const std::size_t frame = robot_part_header(machine, options, 99999, 99999, widest, Joints{-6, -6, -6, -6, -6, -6}).size() +
+                            robot_part_footer(machine, 99999).size();
+  program.parts = pack_parts(program.robot, program.robot_end, frame, machine.program);
+  count_end(program, machine, report);
+  run.progress(0.9);
+  return program;
 }
 
 DuetHeader make_header(const Toolpaths& toolpaths, const Machine& machine, const EmitOptions& options, const EmitReport& report) {
@@ -180,7 +189,8 @@ DuetHeader make_header(const Toolpaths& toolpaths, const Machine& machine, const
   return header;
 }
 
-EmittedFile robot_file(const Program& program, std::size_t index, const Machine& machine, const EmitOptions& options) {
+// The text of its chains goes over into the file.
+EmittedFile robot_file(Program& program, std::size_t index, const Machine& machine, const EmitOptions& options) {
   const Part& part = program.parts[index];
   const int number = static_cast<int>(index) + 1;
   const int parts = static_cast<int>(program.parts.size());
@@ -196,13 +206,15 @@ EmittedFile robot_file(const Program& program, std::size_t index, const Machine&
   for (std::size_t i = part.first; i < part.last; ++i) {
     if (i > part.first || index == 0) text += program.robot[i].lift;
     text += program.robot[i].body;
+    std::string().swap(program.robot[i].lift);
+    std::string().swap(program.robot[i].body);
   }
   text += index + 1 < program.parts.size() ? program.robot[part.last].lift : program.robot_end.body;
   text += robot_part_footer(machine, number);
   return file;
 }
 
-std::string duet_file(const Program& program, const Machine& machine, const EmitOptions& options, const DuetHeader& header,
+std::string duet_file(Program& program, const Machine& machine, const EmitOptions& options, const DuetHeader& header,
                       std::vector<EmittedPart>& parts) {
   std::string text;
   std::size_t size = 8192;
@@ -214,13 +226,16 @@ std::string duet_file(const Program& program, const Machine& machine, const Emit
     const Part& part = program.parts[p];
     parts[p].duet_offset = text.size();
     text += duet_part_start(machine, static_cast<int>(p) + 1, program.states[part.first], program.signals[part.first].first);
-    for (std::size_t i = part.first; i < part.last; ++i) text += program.duet[i];
+    for (std::size_t i = part.first; i < part.last; ++i) {
+      text += program.duet[i];
+      std::string().swap(program.duet[i]);
+    }
   }
   text += duet_end(machine, program.states.back(), header, program.signals.back().first);
   return text;
 }
 
-std::vector<EmittedPart> part_table(const Program& program, const Machine& machine) {
+std::vector<EmittedPart> part_table(const Program& program, const Motion& motion, const Machine& machine) {
   std::vector<EmittedPart> table;
   for (std::size_t p = 0; p < program.parts.size(); ++p) {
     const Part& part = program.parts[p];
@@ -228,9 +243,9 @@ std::vector<EmittedPart> part_table(const Program& program, const Machine& machi
     row.file = "robot/part_" + padded(static_cast<int>(p) + 1, 4) + ".script";
     row.moves = part.moves;
     for (std::size_t i = part.first; i < part.last; ++i) {
-      const PathMotion& path = *program.chains[i].motion;
+      const PathMotion& path = motion.paths[i];
       row.chains.push_back({path.path, path.section, path.sections});
-      row.expected_s += program.robot[i].body_s + work_seconds(program.chains[i], program.states[i].loaded, machine);
+      row.expected_s += program.robot[i].body_s + work_seconds(path, program.states[i].loaded, machine);
       if (i > part.first || p == 0) row.expected_s += program.robot[i].lift_s;
     }
     row.expected_s += part.last < program.robot.size()
@@ -271,10 +286,9 @@ EmittedFiles emit_robot(const Toolpaths& toolpaths, const Motion& motion, const 
                         const EmitOptions& requested, const RunContext& run) {
   EmitOptions options = requested;
   options.title = plain_text(requested.title);
-  const Program program = write_chains(toolpaths, motion, machine, options, run);
   EmittedFiles out;
-  count(program, machine, out.report);
-  out.parts = part_table(program, machine);
+  Program program = write_chains(toolpaths, motion, machine, options, run, out.report);
+  out.parts = part_table(program, motion, machine);
   out.files.reserve(program.parts.size() + 16);
   for (std::size_t p = 0; p < program.parts.size(); ++p) out.files.push_back(robot_file(program, p, machine, options));
   const DuetHeader header = make_header(toolpaths, machine, options, out.report);

@@ -224,17 +224,18 @@ Joints home_joints(const Machine& machine) {
   return home;
 }
 
-std::vector<RobotChain> write_robot_chains(const Motion& motion, const std::vector<Chain>& chains,
-                                           const std::vector<DuetState>& states, const std::vector<Signals>& signals,
-                                           const Machine& machine, const RunContext& run) {
+void write_robot_chains(const Motion& motion, std::size_t first, const std::vector<Chain>& chains,
+                        const std::vector<DuetState>& states, const std::vector<Signals>& signals,
+                        const Machine& machine, const RunContext& run, std::vector<RobotChain>& out) {
   const ChainWriter writer(motion, machine);
-  std::vector<RobotChain> out(chains.size());
+  out.resize(first + chains.size());
   parallel_for(chains.size(), 16, run, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t i = begin; i < end; ++i) {
-      out[i] = writer.write(chains[i], states[i], signals[i], joints_before(motion, i, machine));
+      const std::size_t c = first + i;
+      out[c] = writer.write(chains[i], states[c], signals[c], joints_before(motion, c, machine));
+      out[c].body.shrink_to_fit();
     }
   });
-  return out;
 }
 
 RobotChain write_robot_end(const Motion& motion, const DuetState& state, const Machine& machine, long first_signal) {

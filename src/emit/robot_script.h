@@ -16,10 +16,10 @@ struct RobotChain {
   Joints start{};                      // where the arm stands between lift and body
 };
 
-[[nodiscard]] std::vector<RobotChain> write_robot_chains(const Motion& motion, const std::vector<Chain>& chains,
-                                                         const std::vector<DuetState>& states,
-                                                         const std::vector<Signals>& signals, const Machine& machine,
-                                                         const RunContext& run);
+// chains[i] is chain first + i of `motion`; `states` and `signals` are of all chains. Appends to `out`.
+void write_robot_chains(const Motion& motion, std::size_t first, const std::vector<Chain>& chains,
+                        const std::vector<DuetState>& states, const std::vector<Signals>& signals,
+                        const Machine& machine, const RunContext& run, std::vector<RobotChain>& out);
 
 [[nodiscard]] Joints home_joints(const Machine& machine);
 

@@ -186,11 +186,11 @@ Chain schedule_chain(const Motion& motion, const PathMotion& path, const Machine
 
 }  // namespace
 
-std::vector<Chain> schedule_chains(const Motion& motion, const Machine& machine, const EmitOptions& options,
-                                   const RunContext& run) {
-  std::vector<Chain> chains(motion.paths.size());
-  parallel_for(chains.size(), 16, run, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i) chains[i] = schedule_chain(motion, motion.paths[i], machine, options);
+std::vector<Chain> schedule_chains(const Motion& motion, std::size_t first, std::size_t count, const Machine& machine,
+                                   const EmitOptions& options, const RunContext& run) {
+  std::vector<Chain> chains(count);
+  parallel_for(count, 16, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) chains[i] = schedule_chain(motion, motion.paths[first + i], machine, options);
   });
   return chains;
 }

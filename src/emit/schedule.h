@@ -36,8 +36,9 @@ struct Chain {
   [[nodiscard]] bool stop_before(int move) const { return move > 0 && moves[static_cast<std::size_t>(move) - 1].blend_mm == 0.0; }
 };
 
-// Moves longer than a chunk may last are divided evenly.
-[[nodiscard]] std::vector<Chain> schedule_chains(const Motion& motion, const Machine& machine, const EmitOptions& options,
+// The chains first .. first + count - 1 of `motion`. Moves longer than a chunk may last are divided evenly.
+[[nodiscard]] std::vector<Chain> schedule_chains(const Motion& motion, std::size_t first, std::size_t count,
+                                                 const Machine& machine, const EmitOptions& options,
                                                  const RunContext& run);
 
 }  // namespace curvesup::emit

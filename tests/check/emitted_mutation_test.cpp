@@ -293,8 +293,12 @@ const std::vector<Mutation>& mutations() {
       }),
       custom("HeaderTime", "rule_38_total_time", [](WrittenPrint& print) {
         std::string& job = print.files.at(kJob);
-        replace_all(job, ";TIME:400", ";TIME:440");
-        replace_all(job, "= 6m 40s", "= 7m 20s");
+        const std::size_t at = place_of(job, ";TIME:") + 6;
+        const int seconds = std::stoi(job.substr(at)), more = seconds + seconds / 10;
+        const auto words = [](int s) { return "= " + std::to_string(s / 60) + "m " + std::to_string(s % 60) + "s"; };
+        place_of(job, words(seconds));
+        replace_all(job, ";TIME:" + std::to_string(seconds), ";TIME:" + std::to_string(more));
+        replace_all(job, words(seconds), words(more));
       }),
       replace("FanOfBytes", "rule_39_final_state", kJob, "M106 P0 S0.50", "M106 P0 S128"),
       replace("HeaterStaysOn", "rule_39_final_state", kJob, "G10 P1 S0 R0\n", ""),
