@@ -19,7 +19,7 @@ constexpr double kAngleSlack = 1e-9;  // radians: rounding of exact turns
 constexpr double kLift = 0.02;        // mm above the face at which a blocked leaf starts again
 constexpr double kArrival = 1e-7;     // mm: how near to its end a segment on the model must come
 constexpr int kGrowthRounds = 4;
-constexpr double kSteepestStand = 0.3;  // n . d_p of a model face on which a branch may stand; steeper ones are walls
+constexpr double kSteepestStand = 0.35;  // n . d_p of a model face on which a branch may stand; steeper ones are walls
 
 enum class Drop : std::uint8_t { none, blocked, short_branch, no_platform, left_hull, steep };
 

@@ -7,7 +7,7 @@
 namespace curvesup {
 
 namespace {
-constexpr double kWidthPerRecess = 1.5;
+constexpr double kWidthPerRecess = 1.2;
 }
 
 double stand_angle(const Vec3& normal, const Vec3& up, const Vec3& axis) {

@@ -7,7 +7,7 @@ namespace curvesup {
 // Half the opening angle, in radians, of the cone by which a trunk stands on a face of the model: pi / 4 on broad faces, less
 // where the face is steep or the trunk leans out from it, below kSlenderestStand (even negative) where it would hang on a wall
 // by its side. A layer d_p . x = h of that cone gets wider by tan(lean + angle) for each mm up, the wall below it recedes by
-// m = tan of its steepness; at 1.5 m two fifths of what first comes out of the wall lie over it.
+// m = tan of its steepness; at 1.2 m nine twentieths of what first comes out of the wall lie over it.
 // `normal` of the face out of the model, `up` = d_p there, `axis` of the trunk upwards; all of unit length.
 [[nodiscard]] double stand_angle(const Vec3& normal, const Vec3& up, const Vec3& axis);
 
