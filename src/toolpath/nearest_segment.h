@@ -22,7 +22,7 @@ struct Segment {
   }
 };
 
-// A place on a surface with its unit normal.
+// A place on a surface; its normal need not be of unit length.
 struct Place {
   Vec3 position, normal;
 };

@@ -46,15 +46,7 @@ void Ridge::find_nodes() {
     const Front right = distance_.seen_from(edge.to, -0.5 * whole, normal);
     const Vec3 to_left = distance_.to_border(left), to_right = distance_.to_border(right);
     if (to_left.dot(to_right) > kMeetingCosine * left.distance * right.distance) continue;
-    // Where both are equally far.
-    double low = 0.0, high = 1.0, at = 0.5, value = 0.5 * (left.distance + right.distance);
-    for (int i = 0; i < 10; ++i) {
-      at = 0.5 * (low + high);
-      const double d_left = distance_.seen_from(edge.from, at * whole, normal).distance;
-      const double d_right = distance_.seen_from(edge.to, (at - 1.0) * whole, normal).distance;
-      value = 0.5 * (d_left + d_right);
-      (d_left < d_right ? low : high) = at;
-    }
+    const auto [at, value] = equally_far(edge, whole, normal, left, right);
     edge_node_[e] = static_cast<Index>(nodes_.size());
     const Vec3 up = ((1.0 - at) * mesh.normals[edge.from] + at * mesh.normals[edge.to]).normalized();
     nodes_.push_back({mesh.vertices[edge.from] + at * whole, up, value});
@@ -77,6 +69,24 @@ void Ridge::find_nodes() {
       nodes_.push_back(centre);
       for (const Index n : found) segments_.push_back({n, static_cast<Index>(nodes_.size()) - 1, static_cast<Index>(t)});
     }
+  }
+}
+
+// Where on an edge both sides of the border are equally far, as a part of its length, and how far; from how they are seen
+// from its middle. By Newton's method, which a straight border needs one step of, inside a bracket.
+std::pair<double, double> Ridge::equally_far(const Edge& edge, const Vec3& whole, const Vec3& normal, Front left, Front right) const {
+  constexpr double kEqual = 5e-4;  // mm
+  double low = 0.0, high = 1.0, at = 0.5;
+  for (int i = 0;; ++i) {
+    const double lead = left.distance - right.distance;
+    if (i == 10 || std::abs(lead) < kEqual) return {at, 0.5 * (left.distance + right.distance)};
+    (lead < 0.0 ? low : high) = at;
+    const double slope = distance_.to_border(right).dot(whole) / std::max(right.distance, 1e-9) -
+                         distance_.to_border(left).dot(whole) / std::max(left.distance, 1e-9);
+    const double next = slope > 0.0 ? at - lead / slope : low;
+    at = next > low && next < high ? next : 0.5 * (low + high);
+    left = distance_.seen_from(edge.from, at * whole, normal);
+    right = distance_.seen_from(edge.to, (at - 1.0) * whole, normal);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "toolpath/track.h"
@@ -41,6 +42,7 @@ class Ridge {
     Index a = kNone, b = kNone, triangle = kNone;
   };
   void find_nodes();
+  [[nodiscard]] std::pair<double, double> equally_far(const Edge& edge, const Vec3& whole, const Vec3& normal, Front left, Front right) const;
   void cut_to_strips();
   void chain_up();
   void hand_down();

@@ -180,7 +180,7 @@ class AreaShares {
     Part left = part, right = part;
     left.area = right.area = 0.5 * part.area;
     left.corners[next3(longest)] = right.corners[longest] =
-        add_place(0.5 * (a.position + b.position), (a.normal + b.normal).normalized());
+        add_place(0.5 * (a.position + b.position), 0.5 * (a.normal + b.normal));
     cut(left);
     cut(right);
   }
