@@ -16,7 +16,9 @@ constexpr double kIrregularRise = 1.3;   // widths below the medial line
 constexpr double kSmallPiece = 16.0;     // squared widths: irregular as a whole
 constexpr double kStretch = 1.5;         // widths
 constexpr double kShortest = 0.75;       // widths
-constexpr double kReach = 0.8;           // widths: no place is farther from the track that it belongs to
+constexpr double kReach = 0.6;           // widths: most places are not farther from the track that they belong to ...
+constexpr double kFarthest = 2.4;        // ... and none is farther
+constexpr double kMargin = 1.0;          // widths around a stretch that are looked at
 constexpr Index kAdjoining = 4;          // segments along a track
 constexpr double kFlagCell = 0.6;        // widths: of places near a stretch
 
@@ -27,7 +29,7 @@ struct Stretch {
 // Where stretches pass near.
 class StretchFlags {
  public:
-  StretchFlags(double width, std::size_t slots) : cells_(kFlagCell * width, slots), margin_(Vec3::Constant(0.75 * kReach * width)), flag_(slots, 0) {}
+  StretchFlags(double width, std::size_t slots) : cells_(kFlagCell * width, slots), margin_(Vec3::Constant(kMargin * width)), flag_(slots, 0) {}
 
   void mark(const Segment& s) {
     const Vec3 end = s.from + s.along;
@@ -131,10 +133,29 @@ class AreaShares {
 
   void hand_out() {
     cut_into_parts();
-    owner_ = nearest_segments(places_, segments_, kReach * beads_.width);
+    find_owners();
     for (const Part& part : parts_) {
       const std::array<double, 3> shares = shares_of(part.corners);
       for (int i = 0; i < 3; ++i) give(owner_[part.corners[i]], shares[i] * part.area);
+    }
+  }
+
+  // Most places have a track close by; the others are looked for again, farther out.
+  void find_owners() {
+    owner_ = nearest_segments(places_, segments_, kReach * beads_.width);
+    std::vector<Index> lonely;
+    std::vector<Place> there;
+    for (double reach = 2.0 * kReach; reach <= kFarthest; reach *= 2.0) {
+      lonely.clear();
+      there.clear();
+      for (std::size_t p = 0; p < places_.size(); ++p) {
+        if (owner_[p] != kNone) continue;
+        lonely.push_back(static_cast<Index>(p));
+        there.push_back(places_[p]);
+      }
+      if (lonely.empty()) return;
+      const std::vector<Index> nearest = nearest_segments(there, segments_, reach * beads_.width);
+      for (std::size_t i = 0; i < lonely.size(); ++i) owner_[lonely[i]] = nearest[i];
     }
   }
 
