@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <utility>
 
 #include "curvesup/core/error.h"
 #include "toolpath/sheets.h"
@@ -59,6 +60,14 @@ TEST(PlanToolpaths, BeadsAddUpWhereTheWidthSwings) {
         EXPECT_LE(p.width_mm, 1.2);
       }
     }
+  }
+}
+
+TEST(PlanToolpaths, BeadsAddUpOnSmallPieces) {
+  // Their corners lie far from the one track in the middle.
+  for (const auto& [length, width] : {std::pair(1.2, 1.1), std::pair(1.4, 1.1), std::pair(1.4, 1.2)}) {
+    const auto report = plan(sheets::strip(length, width, 8, 8)).report;
+    EXPECT_NEAR(report.volume_mm3[0] / report.layer_volume_mm3[0], 1.0, 0.01) << length << " by " << width;
   }
 }
 
