@@ -15,7 +15,9 @@ struct HalfEdge {
   bool ascending = false;
 };
 
-// Across edge i of each triangle lies which one; vertices are ids below vertex_count.
+// Across edge i of each triangle lies which one: pairs the edges that run in opposite directions between the same vertices.
+// An edge that more than two triangles use, or two in the same direction, is a border of each. Vertices are ids below
+// vertex_count. O(triangles).
 std::vector<std::array<Index, 3>> pair_edges(const std::vector<std::array<Index, 3>>& triangles, Index vertex_count) {
   std::vector<Index> first(vertex_count + 1, 0);
   for (const auto& t : triangles) {
@@ -85,10 +87,6 @@ void set_vertex_values(PieceMesh& mesh, std::vector<Vec3> direction) {
 }
 
 }  // namespace
-
-void connect_triangles(PieceMesh& mesh) {
-  mesh.neighbours = pair_edges(mesh.triangles, static_cast<Index>(mesh.vertices.size()));
-}
 
 int edge_with_end(const PieceMesh& mesh, Index triangle, Index from, Index to) {
   const auto& corners = mesh.triangles[triangle];

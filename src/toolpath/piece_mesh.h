@@ -31,9 +31,6 @@ struct EdgeTable {
   std::vector<std::array<Index, 3>> of_triangle;
 };
 
-// Pairs the triangles' edges that run in opposite directions between the same vertices. An edge that more than two
-// triangles use, or two in the same direction, is a border of each. O(triangles).
-void connect_triangles(PieceMesh& mesh);
 [[nodiscard]] EdgeTable make_edges(const PieceMesh& mesh);
 
 // The pieces of a sheet, in the order of their lowest triangle.
