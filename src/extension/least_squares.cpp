@@ -10,6 +10,9 @@
 extern "C" {
 void openblas_set_num_threads(int);
 int openblas_get_num_threads();
+// Of the OpenMP runtime that CHOLMOD brings along, if it was built with any.
+[[gnu::weak]] void omp_set_max_active_levels(int);
+[[gnu::weak]] int omp_get_max_active_levels();
 }
 
 namespace curvesup {
@@ -17,16 +20,29 @@ namespace {
 
 constexpr const char* kStage = "extension";
 
-// OpenBLAS splits its products by thread, which changes the last bits of a sum.
-class SingleThreadedBlas {
+// OpenBLAS splits its products by thread, which changes the last bits of a sum. CHOLMOD starts four OpenMP threads several
+// times a supernode, whatever the machine has: their waiting costs more than all of the factorisation.
+class SingleThreadedAlgebra {
  public:
-  SingleThreadedBlas() : before_(openblas_get_num_threads()) { openblas_set_num_threads(1); }
-  ~SingleThreadedBlas() { openblas_set_num_threads(before_); }
-  SingleThreadedBlas(const SingleThreadedBlas&) = delete;
-  SingleThreadedBlas& operator=(const SingleThreadedBlas&) = delete;
+  SingleThreadedAlgebra() : blas_threads_(openblas_get_num_threads()) {
+    openblas_set_num_threads(1);
+    if (has_openmp()) {
+      openmp_levels_ = omp_get_max_active_levels();
+      omp_set_max_active_levels(0);
+    }
+  }
+  ~SingleThreadedAlgebra() {
+    openblas_set_num_threads(blas_threads_);
+    if (has_openmp()) omp_set_max_active_levels(openmp_levels_);
+  }
+  SingleThreadedAlgebra(const SingleThreadedAlgebra&) = delete;
+  SingleThreadedAlgebra& operator=(const SingleThreadedAlgebra&) = delete;
 
  private:
-  int before_;
+  static bool has_openmp() { return &omp_set_max_active_levels != nullptr && &omp_get_max_active_levels != nullptr; }
+
+  int blas_threads_ = 1;
+  int openmp_levels_ = 1;
 };
 
 }  // namespace
@@ -120,7 +136,7 @@ LeastSquaresSolver::LeastSquaresSolver(Index unknowns, std::span<const LeastSqua
 LeastSquaresSolver::~LeastSquaresSolver() = default;
 
 std::vector<double> LeastSquaresSolver::solve(std::span<const LeastSquaresRow> rows) {
-  const SingleThreadedBlas single_threaded;
+  const SingleThreadedAlgebra single_threaded;
   Impl& m = *impl_;
   auto* value = static_cast<double*>(m.matrix->x);
   std::fill_n(value, static_cast<int*>(m.matrix->p)[m.unknowns], 0.0);
