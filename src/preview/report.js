@@ -22,6 +22,7 @@ window.curvesupReport = (function () {
     'skeleton.short_branches': 'Branches that end on the part are at least one layer long.',
     'trim.support_height_p99': 'Layers of support are hardly thicker than those of the part: thicker ones are laid in passes.',
     'trim.area_conserved': 'Cutting the layers lost no area.',
+    'trim.coarsening_volume': 'Cut layers have no more triangles than they need, and as much volume as before.',
     'certificate.coverage': 'Share of the overhanging area with support, part or platform right below it, measured anew.',
     'certificate.floating_pieces': 'No piece of support is printed in mid air.',
     'certificate.edge_angle_deg': 'No branch leans too far, measured anew.',

@@ -8,6 +8,7 @@
 #include "curvesup/core/parallel.h"
 #include "curvesup/mesh/triangle_mesh.h"
 #include "curvesup/trim/trim.h"
+#include "trim/coarsen.h"
 #include "trim/divide_slab.h"
 #include "trim/drop_floating.h"
 #include "trim/sheet_cutter.h"
@@ -262,7 +263,27 @@ void drop_floating(const Domain& domain, const ScalarField& field, int layer_cou
     }
     keep_pieces(sheet, keep);
   }
-  for (TrimmedSheet* sheet : sheets) compact(*sheet);
+}
+
+// Gives every sheet as few triangles as will do. Returns how much volume that makes, relative.
+double coarsen_layers(const ScalarField& field, std::vector<TrimmedLayer>& layers, const RunContext& run) {
+  std::vector<CoarsenReport> reports(layers.size());
+  parallel_for(layers.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) {
+      for (TrimmedSheet& sheet : layers[i].sheets) {
+        const CoarsenReport report = coarsen(sheet, field.gradient);
+        reports[i].volume_before += report.volume_before / sheet.head.passes;
+        reports[i].volume_after += report.volume_after / sheet.head.passes;
+        compact(sheet);
+      }
+    }
+  });
+  double before = 0.0, after = 0.0;
+  for (const CoarsenReport& report : reports) {
+    before += report.volume_before;
+    after += report.volume_after;
+  }
+  return before > 0.0 ? after / before - 1.0 : 0.0;
 }
 
 // Divides a trimmed layer into what is laid at once and what in passes; drops the pieces below the smallest area.
@@ -339,6 +360,7 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
     }
   });
   drop_floating(domain, field, untrimmed.count, solid, options, layers, run);
+  const double coarsening = coarsen_layers(field, layers, run);
   std::vector<TrimmedSheet> trimmed;
   for (TrimmedLayer& layer : layers) {
     report.areas.kept_mm2 += layer.areas.kept_mm2;
@@ -373,6 +395,8 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
   const double lost = a.untrimmed_mm2 - (a.kept_mm2 + a.in_passes_mm2 + a.cut_away_mm2 + a.removed_mm2);
   report.checks.push_back(check_at_most("trim.area_conserved", std::abs(lost) / std::max(a.untrimmed_mm2, 1.0), 1e-9,
                                         "untrimmed area less kept, in passes, cut away and removed, relative"));
+  report.checks.push_back(check_at_most("trim.coarsening_volume", std::abs(coarsening), 1e-3,
+                                        "change of the support's volume by making its triangles fewer, relative"));
   if (divide) {
     report.checks.push_back(check_at_most("trim.support_height_p99", report.support_height_p99_mm,
                                           1.25 * report.max_height_mm,

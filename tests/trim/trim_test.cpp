@@ -113,12 +113,12 @@ TEST(Trim, SheetsHaveNoCracks) {
       // outside by less than an edge only across the crease between the two capsules.
       const Vec3 p = 0.5 * (result.stack.vertices[edge.low] + result.stack.vertices[edge.high]);
       const bool end = p.z() < 1e-9 || p.x() < 1e-6 || p.y() < 1e-6 || p.x() > 20 - 1e-6 || p.y() > 20 - 1e-6 || p.z() > 16 - 1e-6;
-      EXPECT_TRUE(end || (solid.value(p) < 0.01 && solid.value(p) > -0.1)) << p.transpose() << " value " << solid.value(p);
+      EXPECT_TRUE(end || (solid.value(p) < 0.02 && solid.value(p) > -0.1)) << p.transpose() << " value " << solid.value(p);
     }
   }
 }
 
-TEST(Trim, BorderPointsLieOnTheSolid) {
+TEST(Trim, BordersLieOnTheSolid) {
   const Capsules solid({{{10.3, 9.1, -2}, {10.3, 9.1, 20}, 3.0}});
   const Column column = planar_column(2.0, 2.0);
   const TrimResult result = trim_layers(column.domain, column.field, column.layers, solid);
@@ -126,8 +126,9 @@ TEST(Trim, BorderPointsLieOnTheSolid) {
     const auto edges = sheet_edges({result.stack.triangles.data() + sheet.first_triangle, std::size_t(sheet.triangle_count)});
     for (const SheetEdge& edge : edges) {
       if (!edge.border()) continue;
-      EXPECT_NEAR(solid.value(result.stack.vertices[edge.low]), 0.0, 2e-5);
-      EXPECT_NEAR(solid.value(result.stack.vertices[edge.high]), 0.0, 2e-5);
+      const Vec3 &a = result.stack.vertices[edge.low], &b = result.stack.vertices[edge.high];
+      EXPECT_NEAR(solid.value(a), 0.0, 0.02);
+      EXPECT_NEAR(solid.value(0.5 * (a + b)), 0.0, 0.02);
     }
     EXPECT_NEAR(sheet_area(result.stack, sheet) / (std::numbers::pi * 9.0), 1.0, 0.002);
   }
@@ -216,9 +217,8 @@ TEST(TrimPasses, EachRegionHasItsOwnNumberAndJoinedRegionsTheLargest) {
     for (const Sheet& sheet : result.stack.sheets) {
       if (sheet.layer != layer) continue;
       for (Index i = sheet.first_triangle; i < sheet.first_triangle + sheet.triangle_count; ++i) {
-        Vec3 centre = Vec3::Zero();
-        for (const Index v : result.stack.triangles[i]) centre += result.stack.vertices[v] / 3.0;
-        if (std::hypot(centre.x() - x, centre.y() - y) > 0.5) continue;
+        const auto corner = [&](int c) { const Vec3& p = result.stack.vertices[result.stack.triangles[i][c]]; return Vec3(p.x(), p.y(), 0); };
+        if ((closest_point_on_triangle(Vec3(x, y, 0), corner(0), corner(1), corner(2)) - Vec3(x, y, 0)).norm() > 0.1) continue;
         ++sheets_of_m[sheet.passes * 100 + sheet.pass];
         break;
       }
