@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/nozzle_axis.h"
+
 namespace curvesup {
 namespace {
 
@@ -16,9 +18,18 @@ bool turned_more(const Vec3& a, const Vec3& b, double tangent) {
 
 // Running sums along a path, with points nearer than programs may state as one.
 struct Merged {
-  std::vector<std::size_t> index;                // into the path
-  std::vector<Vec3> tip;
+  std::vector<std::size_t> index;  // into the path
+  std::vector<Vec3> tip, axis, normal;
   std::vector<double> volume, duration;  // up to each
+
+  void drop_last() {
+    index.pop_back();
+    tip.pop_back();
+    axis.pop_back();
+    normal.pop_back();
+    volume.pop_back();
+    duration.pop_back();
+  }
 };
 
 // Points that are one, so far.
@@ -34,17 +45,45 @@ struct Cluster {
   }
 };
 
-// Where the first point of a cluster would leave another one out of the chord tolerance, their middle stands for them.
-void settle(const Cluster& cluster, const Vec3& next, double nearest, double chord, Merged& merged) {
-  if (cluster.from_first <= chord || merged.index.size() < 2) return;
-  const Vec3 middle = 0.5 * (cluster.low + cluster.high);
-  const Vec3& before = merged.tip[merged.tip.size() - 2];
-  const bool apart = (next - middle).norm() >= nearest && (before - middle).norm() >= nearest;
-  if (apart && 0.5 * (cluster.high - cluster.low).norm() <= chord) merged.tip.back() = middle;
+// The points of one path, with the axes chosen for them.
+struct PathView {
+  std::span<const PathPoint> points;
+  std::span<const Vec3> tips, axes;
+};
+
+// Puts the last merged point at `middle`, with the normal of the path's place nearest to it and the axis between those of
+// its points there, as far as the normal allows it.
+void move_to_middle(const PathView& path, const Vec3& middle, std::size_t end, double most_deviation, Merged& merged) {
+  double nearest = 1e300;
+  for (std::size_t i = merged.index.back() + 1; i < end; ++i) {
+    const Vec3 along = path.tips[i] - path.tips[i - 1];
+    const double squared = along.squaredNorm();
+    const double t = squared > 0.0 ? std::clamp((middle - path.tips[i - 1]).dot(along) / squared, 0.0, 1.0) : 0.0;
+    const double distance = (path.tips[i - 1] + t * along - middle).norm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    merged.normal.back() = ((1.0 - t) * path.points[i - 1].normal + t * path.points[i].normal).normalized();
+    merged.axis.back() = ((1.0 - t) * path.axes[i - 1] + t * path.axes[i]).normalized();
+  }
+  merged.axis.back() = limited_axis(merged.axis.back(), merged.normal.back(), most_deviation);
+  merged.tip.back() = middle;
 }
 
-Merged merge_near_points(std::span<const PathPoint> points, std::span<const Vec3> tips, double max_flow,
-                         double nearest, double chord) {
+// Where the first point of a cluster, which ends before `end`, would leave another one out of the chord tolerance, their
+// middle stands for them.
+void settle(const PathView& path, const Cluster& cluster, std::size_t end, const Tolerances& tolerances, Merged& merged) {
+  if (cluster.from_first <= tolerances.chord_mm || merged.index.size() < 2) return;
+  const Vec3 middle = 0.5 * (cluster.low + cluster.high);
+  const Vec3 &before = merged.tip[merged.tip.size() - 2], &next = path.tips[end];
+  const double nearest = tolerances.min_segment_mm;
+  const bool apart = (next - middle).norm() >= nearest && (before - middle).norm() >= nearest;
+  if (!apart || 0.5 * (cluster.high - cluster.low).norm() > tolerances.chord_mm) return;
+  move_to_middle(path, middle, end, tolerances.max_tilt_deviation.radians(), merged);
+}
+
+Merged merge_near_points(const PathView& path, double max_flow, const Tolerances& tolerances) {
+  const auto& [points, tips, axes] = path;
+  const double nearest = tolerances.min_segment_mm;
   Merged merged;
   Cluster cluster(tips[0]);
   double volume = 0.0, duration = 0.0;
@@ -63,17 +102,16 @@ Merged merge_near_points(std::span<const PathPoint> points, std::span<const Vec3
       }
       // The end stays where it is: the point before it gives way.
       while (merged.index.size() > 1 && (tips[i] - merged.tip.back()).norm() < nearest) {
-        merged.index.pop_back();
-        merged.tip.pop_back();
-        merged.volume.pop_back();
-        merged.duration.pop_back();
+        merged.drop_last();
       }
       cluster = Cluster(merged.tip.back());
     }
-    if (i > 0) settle(cluster, tips[i], nearest, chord, merged);
+    if (i > 0) settle(path, cluster, i, tolerances, merged);
     cluster = Cluster(tips[i]);
     merged.index.push_back(i);
     merged.tip.push_back(tips[i]);
+    merged.axis.push_back(axes[i]);
+    merged.normal.push_back(points[i].normal);
     merged.volume.push_back(volume);
     merged.duration.push_back(duration);
   }
@@ -99,7 +137,7 @@ std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::s
                                        const Tolerances& tolerances) {
   if (points.empty()) return {};
   const double chord = tolerances.chord_mm, turn_tangent = tolerances.axis.tan();
-  const Merged merged = merge_near_points(points, tips, max_flow_mm3_s, tolerances.min_segment_mm, chord);
+  const Merged merged = merge_near_points({points, tips, axes}, max_flow_mm3_s, tolerances);
   // One segment may stand for the points between two of them.
   const auto serves = [&](std::size_t from, std::size_t to) {
     const Vec3& a = merged.tip[from];
@@ -116,8 +154,8 @@ std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::s
         const Vec3 apart = tips[i] - a;
         if (apart.squaredNorm() * squared - std::pow(apart.dot(along), 2) > chord * chord * squared) return false;
       }
-      const Vec3 axis = (1.0 - t) * axes[merged.index[from]] + t * axes[merged.index[to]];
-      if (turned_more(axis, axes[merged.index[m]], turn_tangent)) return false;
+      const Vec3 axis = (1.0 - t) * merged.axis[from] + t * merged.axis[to];
+      if (turned_more(axis, merged.axis[m], turn_tangent)) return false;
       const double even = (1.0 - t) * merged.volume[from] + t * merged.volume[to];
       if (std::abs(merged.volume[m] - even) > tolerances.bead_mm3) return false;
     }
@@ -125,9 +163,8 @@ std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::s
   };
   std::vector<DraftPoint> kept;
   const auto keep = [&](std::size_t at, std::size_t before) {
-    const std::size_t i = merged.index[at];
-    kept.push_back({merged.tip[at], axes[i], points[i].normal, merged.volume[at] - merged.volume[before],
-                    merged.duration[at] - merged.duration[before], first_point + static_cast<Index>(i)});
+    kept.push_back({merged.tip[at], merged.axis[at], merged.normal[at], merged.volume[at] - merged.volume[before],
+                    merged.duration[at] - merged.duration[before], first_point + static_cast<Index>(merged.index[at])});
   };
   keep(0, 0);
   std::size_t from = 0;

@@ -19,7 +19,8 @@ struct DraftPoint {
 
 // The points of one path without those that are not needed: every dropped point lies within the chord tolerance of the
 // segment that passes it, its axis within the axis tolerance of the one interpolated there, and the volume laid up to
-// it within the bead tolerance. Points nearer than min_segment are merged. First and last point stay; volumes and
+// it within the bead tolerance. Points nearer than min_segment are merged; where a place between them stands for them, it
+// has the normal of that place, and an axis within max_tilt_deviation of it. First and last point stay; volumes and
 // durations are summed, so both are conserved. Duration: tip length over feed, longer where the melt rate needs it.
 [[nodiscard]] std::vector<DraftPoint> thin_waypoints(std::span<const PathPoint> points, std::span<const Vec3> tips,
                                                      std::span<const Vec3> axes, Index first_point,

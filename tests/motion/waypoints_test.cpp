@@ -110,6 +110,26 @@ TEST(ThinWaypoints, PointsMadeOneCountWithTheSegmentThatPassesThem) {
   EXPECT_LE((kept[1].tip - positions[2]).norm(), 0.03);
 }
 
+TEST(ThinWaypoints, PlaceBetweenPointsMadeOneLeansNoMoreThanAllowed) {
+  // A hairpin across a crease: its two points are one, and their normals differ by 8 degrees. The axis at the first leans
+  // as far from its normal as it may, away from the other's.
+  const auto leaning = [](double degrees) { return Vec3(std::sin(degrees * kDegree), 0.0, std::cos(degrees * kDegree)); };
+  Line line;
+  const std::vector<Vec3> positions = {Vec3(0, 0, 1), Vec3(1, 0, 1), Vec3(1, 0.045, 1), Vec3(0, 0.045, 1)};
+  const std::vector<Vec3> normals = {leaning(0), leaning(0), leaning(-8), leaning(-8)};
+  shapes::add_path(line.toolpaths, positions, normals, 0);
+  for (const PathPoint& point : line.toolpaths.points) line.tips.push_back(point.position);
+  line.axes = {leaning(30), leaning(30), leaning(22), leaning(22)};
+  const auto kept = thin(line);
+  ASSERT_EQ(kept.size(), 3u);
+  EXPECT_LT((kept[1].tip - Vec3(1, 0.0225, 1)).norm(), 1e-12);
+  EXPECT_LT((kept[1].normal - leaning(-4)).norm(), 1e-12);
+  EXPECT_LT((kept[1].axis - leaning(26)).norm(), 1e-12);
+
+  line.axes[2] = line.axes[3] = leaning(30);  // the mean of both axes would lean by 34 degrees
+  EXPECT_LT((thin(line)[1].axis - leaning(26)).norm(), 1e-12);
+}
+
 TEST(ThinWaypoints, EndOfATinyRingTakesNothingFromItsFarSide) {
   // The two points before the end are one, and give way to it.
   Line line;
