@@ -19,8 +19,11 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kSampleSpacing_mm = 1.0;  // of deposited beads
 constexpr double kReachSpacing_mm = 2.0;   // between points at which the arm's reach is looked at
 constexpr int kTiltRounds = 4;
-constexpr double kTurning = 0.02;  // rad between waypoints
+constexpr double kTurning = 0.02;      // rad between waypoints
+constexpr double kTurningMuch = 0.12;  // between places on the way from one to the next
+constexpr double kLookSpacing_mm = 2.0;  // of such places
 constexpr int kOrderRounds = 8;
+constexpr int kRaiseSteps = 4;
 constexpr double kPoseTolerance = 1e-6;       // m and rad, between joints and pose
 constexpr std::size_t kRunPaths = 512;        // paths that are planned together, at least
 constexpr std::size_t kRunPoints = 200000;    // or points
@@ -83,28 +86,29 @@ class MotionPlanner {
   void plan_run(std::size_t begin, std::size_t end) {
     run_.check_stop();
     PlacedPaths placed = place(begin, end);
-    std::vector<char> stuck(placed.paths.size(), 1);
-    choose_axes(placed, stuck);
-    for (int round = 0; round < kOrderRounds && pass_earlier(placed, stuck); ++round) choose_axes(placed, stuck);
+    std::vector<char> wanted(placed.paths.size(), 1), stuck(placed.paths.size(), 0);
+    choose_axes(placed, wanted, stuck);
+    for (int round = 0; round < kOrderRounds && pass_earlier(placed, stuck, wanted); ++round) choose_axes(placed, wanted, stuck);
+    raise_stuck(placed, stuck);
     for (std::size_t p = 0; p < placed.paths.size(); ++p) list_faults(placed, p);
     choose_postures(placed);
   }
 
-  // Nozzle axes and thinned waypoints of the paths that `wanted` marks; each path on its own. What stays marked touches
-  // something at every allowed tilt.
-  void choose_axes(PlacedPaths& placed, std::vector<char>& wanted) {
+  // Nozzle axes and thinned waypoints of the paths that `wanted` marks; each path on its own. `stuck` gets marks for those
+  // that touch something at every allowed tilt.
+  void choose_axes(PlacedPaths& placed, const std::vector<char>& wanted, std::vector<char>& stuck) {
     faults_.resize(placed.paths.size());
     const Tolerances& tolerances = cell_.machine().tolerances;
     parallel_for(placed.paths.size(), 8, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t p = begin; p < end; ++p) {
         const Path& path = placed.paths[p];
         if (!wanted[p]) continue;
-        wanted[p] = 0;
+        stuck[p] = 0;
         faults_[p].clear();
         if (path.point_count == 0) continue;
         smooth_axes(placed.of(placed.points, path), placed.of(placed.tips, path), tolerances, placed.of(placed.axes, path));
         thin_path(placed, p);
-        if (!is_free(placed, p)) wanted[p] = tilt_path(placed, p);
+        if (!is_free(placed, p)) stuck[p] = tilt_path(placed, p);
       }
     });
   }
@@ -128,13 +132,17 @@ class MotionPlanner {
     ReachHint hint;
     std::vector<Deposit::HeadPose> poses;
     double since_reach = kReachSpacing_mm;
+    auto draft = placed.drafts[p].begin();
     for (std::size_t k = 0; k < keys.size(); ++k) {
       const std::size_t i = keys[k];
-      if (k > 0) since_reach += (tips[i] - poses.back().tip).norm();
-      poses.push_back({tips[i], axes[i], free_height(points[i]), before[i]});
+      const bool kept = draft != placed.drafts[p].end() && draft->point - path.first_point == static_cast<Index>(i);
+      const Vec3 &tip = kept ? draft->tip : tips[i], &axis = kept ? draft->axis : axes[i];
+      if (kept) ++draft;
+      if (k > 0) since_reach += (tip - poses.back().tip).norm();
+      poses.push_back({tip, axis, free_height(points[i]), before[i]});
       if (since_reach < kReachSpacing_mm && k + 1 < keys.size()) continue;
       since_reach = 0.0;
-      if (!reachable(cell_, tips[i], axes[i], options_.yaw_samples, hint)) return false;
+      if (!reachable(cell_, tip, axis, options_.yaw_samples, hint)) return false;
     }
     if (!options_.avoid_collisions) return true;
     for (const Deposit::HeadPose& pose : poses) {
@@ -165,25 +173,95 @@ class MotionPlanner {
     return options_.avoid_collisions && touches_somewhere(placed, p);
   }
 
-  // Calls visit(tip, axis, point) where the head may touch something: at waypoints that are not known to be free, and half
-  // way to them where the axis turns, since a waypoint may come to lie there. It returns false to end.
+  // Paths that no tilt and no order frees pass higher where they touch, step by step; where that does not help, as planned.
+  void raise_stuck(PlacedPaths& placed, const std::vector<char>& stuck) {
+    if (cell_.machine().tolerances.max_raise_mm <= 0.0) return;
+    parallel_for(placed.paths.size(), 8, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
+      for (std::size_t p = begin; p < end; ++p) {
+        if (stuck[p]) raise_path(placed, p);
+      }
+    });
+    for (std::size_t i = 0; i < placed.raises.size(); ++i) {
+      if (placed.raises[i] == 0.0) continue;
+      result_.raised.push_back({placed.sources[i], placed.raises[i]});
+      result_.report.max_raise_mm = std::max(result_.report.max_raise_mm, placed.raises[i]);
+    }
+  }
+
+  void raise_path(PlacedPaths& placed, std::size_t p) {
+    const Path& path = placed.paths[p];
+    const Tolerances& tolerances = cell_.machine().tolerances;
+    const auto tilt_anew = [&] {
+      smooth_axes(placed.of(placed.points, path), placed.of(placed.tips, path), tolerances, placed.of(placed.axes, path));
+      return tilt_path(placed, p);
+    };
+    if (!raise_may_help(placed, p)) return;
+    for (int step = 0; step < kRaiseSteps; ++step) {
+      placed.raise(path, touching_points(placed, p), tolerances.max_raise_mm / kRaiseSteps, tolerances.max_raise_mm);
+      if (!tilt_anew()) return;
+    }
+    placed.lower(path);
+    tilt_anew();
+  }
+
+  // Whether each place at which the head touches something would be free, at some allowed tilt, from as high as it may be.
+  bool raise_may_help(const PlacedPaths& placed, std::size_t p) const {
+    const Tolerances& tolerances = cell_.machine().tolerances;
+    bool may = true;
+    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index, Index point) {
+      if (head_is_free(placed, tip, axis, point, nullptr)) return true;
+      const Vec3& normal = placed.points[placed.row(point)].normal;
+      const Vec3 raised = tip + tolerances.max_raise_mm * normal;
+      may = false;
+      for (const Vec3& tilted : directions_around(normal, tolerances.max_tilt_deviation.radians())) {
+        may = may || head_is_free(placed, raised, tilted, point, nullptr);
+      }
+      return may;
+    });
+    return may;
+  }
+
+  // Marks the points of a path at and between which the head touches something.
+  std::vector<char> touching_points(const PlacedPaths& placed, std::size_t p) const {
+    const Path& path = placed.paths[p];
+    std::vector<char> marked(static_cast<std::size_t>(path.point_count), 0);
+    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index from, Index point) {
+      if (head_is_free(placed, tip, axis, point, nullptr)) return true;
+      std::fill(marked.begin() + (from - path.first_point), marked.begin() + (point - path.first_point) + 1, 1);
+      return true;
+    });
+    return marked;
+  }
+
+  // Calls visit(tip, axis, from, point) where the head may touch something on the way from one point to another: at waypoints that are not known to be free, and at halves
+  // of the way to them where it is long or the axis turns, since waypoints may come to lie there. It returns false to end.
   template <class Visit>
   void visit_poses(const PlacedPaths& placed, std::size_t p, const Visit& visit) const {
     const std::vector<DraftPoint>& drafts = placed.drafts[p];
     for (std::size_t i = 0; i < drafts.size(); ++i) {
       const DraftPoint& draft = drafts[i];
-      if (!placed.known_free[placed.row(draft.point)] && !visit(draft.tip, draft.axis, draft.point)) return;
-      if (i == 0 || (draft.axis - drafts[i - 1].axis).squaredNorm() < kTurning * kTurning) continue;
-      const Vec3 middle = 0.5 * (drafts[i - 1].tip + draft.tip), axis = (drafts[i - 1].axis + draft.axis).normalized();
-      if (!visit(middle, axis, draft.point)) return;
+      if (!placed.knows_free(draft) && !visit(draft.tip, draft.axis, draft.point, draft.point)) return;
+      if (i > 0 && !visit_between(drafts[i - 1], draft, kTurning, visit)) return;
     }
+  }
+
+  // Half way, and half way on either side of that as long as the way is long or the axis turns much.
+  template <class Visit>
+  static bool visit_between(const DraftPoint& from, const DraftPoint& to, double least_turn, const Visit& visit) {
+    const bool turns = (to.axis - from.axis).squaredNorm() >= least_turn * least_turn;
+    if (!turns && (to.tip - from.tip).squaredNorm() < kLookSpacing_mm * kLookSpacing_mm) return true;
+    DraftPoint before = from, behind = to;
+    before.tip = behind.tip = 0.5 * (from.tip + to.tip);
+    before.axis = behind.axis = (from.axis + to.axis).normalized();
+    return visit(behind.tip, behind.axis, from.point, to.point) && visit_between(from, behind, kTurningMuch, visit) &&
+           visit_between(before, to, kTurningMuch, visit);
   }
 
   // Adds the points around poses at which the head touches something; false when none is new.
   bool add_touching_keys(PlacedPaths& placed, std::size_t p, std::vector<Index>& keys) const {
     const Path& path = placed.paths[p];
     const std::size_t before = keys.size();
-    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index point) {
+    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index, Index point) {
       if (head_is_free(placed, tip, axis, point, nullptr)) return true;
       const Index key = point - path.first_point;
       for (Index k = std::max(0, key - 1); k <= std::min(path.point_count - 1, key + 1); ++k) keys.push_back(k);
@@ -196,7 +274,7 @@ class MotionPlanner {
 
   bool touches_somewhere(const PlacedPaths& placed, std::size_t p) const {
     bool touches = false;
-    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index point) {
+    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index, Index point) {
       touches = !head_is_free(placed, tip, axis, point, nullptr);
       return !touches;
     });
@@ -211,11 +289,11 @@ class MotionPlanner {
   }
 
   // Paths at which no tilt keeps the head off beads beside them, of their own piece, go before those: without them a tilt
-  // may be found that clears the rest. False when there are none; else `stuck` marks all whose place has changed.
-  bool pass_earlier(PlacedPaths& placed, std::vector<char>& stuck) {
+  // may be found that clears the rest. False when there are none; else `moved` marks all whose place has changed.
+  bool pass_earlier(PlacedPaths& placed, const std::vector<char>& stuck, std::vector<char>& moved) {
     std::vector<Index> order(placed.paths.size());
     std::iota(order.begin(), order.end(), 0);
-    std::vector<char> moved(placed.paths.size(), 0);
+    moved.assign(placed.paths.size(), 0);
     bool any = false;
     for (std::size_t p = 0; p < stuck.size(); ++p) {
       if (!stuck[p]) continue;
@@ -242,7 +320,6 @@ class MotionPlanner {
       if (!moved[p]) keep_axes(placed, anew, p);
     }
     placed = std::move(anew);
-    stuck = moved;
     return true;
   }
 
@@ -259,7 +336,7 @@ class MotionPlanner {
   // The earliest path of the same piece whose bead the head touches; else p.
   std::size_t earliest_touched(const PlacedPaths& placed, std::size_t p) const {
     std::vector<Index> touched;
-    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index point) {
+    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index, Index point) {
       const std::size_t row = placed.row(point);
       deposit_.contacts_of_head(cell_.head(), tip, axis, free_height(placed.points[row]), 0.0, placed.laid_before[row], touched);
       return true;
@@ -473,10 +550,9 @@ class MotionPlanner {
     for (std::size_t w = 0; w < section.points.size(); ++w) {
       const ArmPoint& point = section.points[w];
       if (point.draft.point != kNone) at = point.draft.point;
-      const bool known = point.draft.point != kNone && placed.known_free[placed.row(at)];
       Contact contact;
       const char* body = nullptr;
-      if (!known && !head_is_free(placed, point.draft.tip, point.draft.axis, at, &contact)) body = "head";
+      if (!placed.knows_free(point.draft) && !head_is_free(placed, point.draft.tip, point.draft.axis, at, &contact)) body = "head";
       if (!body && !links_free) {
         body = touching_link(cell_, deposit_, point.joints, at, 0.0, &contact);
       }
@@ -680,6 +756,10 @@ MotionResult plan_motion(const Toolpaths& toolpaths, const Machine& machine, con
   const Cell cell(machine);
   const PartPlacement placement = place_part(toolpaths, cell, options, run);
   return MotionPlanner(toolpaths, cell, options, placement, run).plan();
+}
+
+void raise_points(Toolpaths& toolpaths, std::span<const RaisedPoint> raised) {
+  for (const RaisedPoint& point : raised) toolpaths.points[point.point].tip_offset_mm += point.raise_mm;
 }
 
 void reorder_paths(Toolpaths& toolpaths, std::span<const Index> order) {

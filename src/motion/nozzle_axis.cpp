@@ -240,6 +240,20 @@ Vec3 limited_axis(const Vec3& axis, const Vec3& centre, double limit) {
   return (std::cos(limit) * centre + std::sin(limit) * across).normalized();
 }
 
+std::vector<Vec3> directions_around(const Vec3& axis, double most) {
+  constexpr int kLevels = 6, kTurns = 24;
+  const Mat3 frame = least_rotation_to(axis);
+  std::vector<Vec3> directions = {axis};
+  for (int level = 1; level <= kLevels; ++level) {
+    const double tilt = most * level / kLevels;
+    for (int turn = 0; turn < kTurns; ++turn) {
+      const double azimuth = 2.0 * kPi * turn / kTurns;
+      directions.push_back(frame * Vec3(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), std::cos(tilt)));
+    }
+  }
+  return directions;
+}
+
 std::vector<std::size_t> key_points(std::span<const Vec3> tips, std::span<const Vec3> axes,
                                     std::span<const Index> extra) {
   std::vector<std::size_t> keys = {0};

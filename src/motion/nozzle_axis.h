@@ -19,6 +19,9 @@ struct AxisFault {
 // `axis` pulled towards `centre` until it is within `limit` radians of it; unit vectors.
 [[nodiscard]] Vec3 limited_axis(const Vec3& axis, const Vec3& centre, double limit);
 
+// Unit vectors up to `most` radians from `axis`, itself among them, a few degrees apart.
+[[nodiscard]] std::vector<Vec3> directions_around(const Vec3& axis, double most);
+
 // Nozzle axes of one path from its layer normals: turned towards their neighbours where the normals turn faster than
 // max_tilt_rate, but never more than max_tilt_deviation from the normal.
 void smooth_axes(std::span<const PathPoint> points, std::span<const Vec3> tips, const Tolerances& tolerances,

@@ -53,7 +53,45 @@ void find_laid_before(PlacedPaths& placed) {
   }
 }
 
+// The tips of one path as its points are raised; those that divide a segment stay on it.
+void place_tips(PlacedPaths& placed, const Path& path) {
+  const std::size_t begin = placed.row(path.first_point), end = begin + static_cast<std::size_t>(path.point_count);
+  std::size_t before = begin;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (placed.sources[i] == kNone) continue;
+    const PathPoint& point = placed.points[i];
+    placed.tips[i] = point.position + (point.tip_offset_mm + placed.raises[i]) * point.normal;
+    for (std::size_t between = before + 1; between < i; ++between) {
+      const double t = static_cast<double>(between - before) / static_cast<double>(i - before);
+      placed.tips[between] = (1.0 - t) * placed.tips[before] + t * placed.tips[i];
+    }
+    before = i;
+  }
+}
+
 }  // namespace
+
+void PlacedPaths::raise(const Path& path, std::span<const char> marked, double by, double most) {
+  const std::size_t begin = row(path.first_point), last = marked.size() - 1;
+  std::vector<char> wanted(marked.size(), 0);
+  for (std::size_t i = 0; i < marked.size(); ++i) {
+    if (!marked[i]) continue;
+    std::size_t from = i > 0 ? i - 1 : 0, to = std::min(i + 1, last);
+    while (from > 0 && sources[begin + from] == kNone) --from;
+    while (to < last && sources[begin + to] == kNone) ++to;
+    std::fill(wanted.begin() + static_cast<std::ptrdiff_t>(from), wanted.begin() + static_cast<std::ptrdiff_t>(to) + 1, 1);
+  }
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    if (wanted[i] && sources[begin + i] != kNone) raises[begin + i] = std::min(most, raises[begin + i] + by);
+  }
+  place_tips(*this, path);
+}
+
+void PlacedPaths::lower(const Path& path) {
+  const std::span<double> raised = of(raises, path);
+  std::fill(raised.begin(), raised.end(), 0.0);
+  place_tips(*this, path);
+}
 
 PlacedPaths place_paths(const Toolpaths& toolpaths, const PartPlacement& placement, std::span<const Index> order,
                         Index first_path, Index first_point, Index first_source) {
@@ -79,6 +117,7 @@ PlacedPaths place_paths(const Toolpaths& toolpaths, const PartPlacement& placeme
     placed.paths.push_back(path);
   }
   placed.axes.resize(placed.points.size());
+  placed.raises.assign(placed.points.size(), 0.0);
   placed.known_free.assign(placed.points.size(), 0);
   placed.drafts.resize(placed.paths.size());
   find_laid_before(placed);

@@ -16,6 +16,7 @@ struct PlacedPaths {
   std::vector<Path> paths;
   std::vector<PathPoint> points;
   std::vector<Vec3> tips, axes;
+  std::vector<double> raises;       // of the tips above where the toolpaths have them, along the normal
   std::vector<Index> laid_before;   // what lies before this point is printed and hard when the nozzle gets here
   std::vector<Index> sources;       // point of the toolpaths, kNone for one that divides a segment
   std::vector<char> known_free;     // the head at this point touches nothing, with the axis as it is now
@@ -30,6 +31,16 @@ struct PlacedPaths {
   template <class Value>
   [[nodiscard]] std::span<const Value> of(const std::vector<Value>& values, const Path& path) const {
     return std::span(values).subspan(row(path.first_point), static_cast<std::size_t>(path.point_count));
+  }
+  // Raises the tips of the points of a path that are marked, and of the toolpath's points around each, by `by`, but none
+  // by more than `most` in all.
+  void raise(const Path& path, std::span<const char> marked, double by, double most);
+  // Takes back all raises of a path.
+  void lower(const Path& path);
+  // Whether a waypoint stands at its point as that one was found free.
+  [[nodiscard]] bool knows_free(const DraftPoint& draft) const {
+    if (draft.point == kNone || !known_free[row(draft.point)]) return false;
+    return draft.tip == tips[row(draft.point)] && draft.axis == axes[row(draft.point)];
   }
   // The toolpath point at or behind a divided one.
   [[nodiscard]] Index source_of(Index point) const {

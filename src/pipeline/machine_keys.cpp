@@ -89,6 +89,7 @@ void add_motion_rows(Table& table) {
   table.number("tolerances.max_tilt_rate_deg_mm", CURVESUP_FIELD(tolerances.max_tilt_rate_deg_mm), 0.1, 360, "Turn of the nozzle axis per length of path, where the deviation allows it.");
   table.number("tolerances.max_yaw_rate_deg_mm", CURVESUP_FIELD(tolerances.max_yaw_rate_deg_mm), 0, 360, "Turn of the head about the nozzle axis per length of path.");
   table.number("tolerances.clearance_mm", CURVESUP_FIELD(tolerances.clearance_mm), 0, 20, "Kept between head and printed material while printing.");
+  table.number("tolerances.max_raise_mm", CURVESUP_FIELD(tolerances.max_raise_mm), 0, 2, "By how much the nozzle may pass above its path where no allowed tilt and no order of the paths keeps the head off what is laid.");
   table.number("tolerances.travel_clearance_mm", CURVESUP_FIELD(tolerances.travel_clearance_mm), 0.1, 100, "Kept between head and printed material while travelling.");
 }
 

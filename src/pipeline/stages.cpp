@@ -379,6 +379,7 @@ void motion(SliceState& state, const RunContext& run) {
   const Machine machine = machine_from_config(config_value(state.config, "machine"));
   state.motion = plan_motion(state.toolpath.toolpaths, machine, {}, run);
   reorder_paths(state.toolpath.toolpaths, state.motion.path_order);
+  raise_points(state.toolpath.toolpaths, state.motion.raised);
   const MotionReport& report = state.motion.report;
   state.add_checks(report.checks);
   Json unreachable = Json::array(), collisions = Json::array();
@@ -405,6 +406,8 @@ void motion(SliceState& state, const RunContext& run) {
                             {"tilt_deviation_max_deg", report.tilt_deviation_max_deg},
                             {"unreachable", report.unreachable_waypoints},
                             {"collisions", report.colliding_waypoints + report.colliding_travels},
+                            {"raised_points", state.motion.raised.size()},
+                            {"max_raise_mm", report.max_raise_mm},
                             {"min_singularity_metric", report.min_singularity_metric},
                             {"max_joint_speed_ratio", report.max_joint_speed_ratio},
                             {"rotation_limited", report.rotation_limited},

@@ -125,7 +125,7 @@ window.curvesupReport = (function () {
     max_point_distance_mm: 'farthest that a point of a line is from its layer', segments_off_layer: 'stretches that leave their layer',
     max_layer_volume_error: 'worst layer: plastic against volume, relative', printed_filament_mm: 'filament that ends up in the print, without purging',
     tilt_deviation_median_deg: 'middle angle between nozzle and layer normal', tilt_deviation_p95_deg: 'angle that 95 % of the points stay below',
-    tilt_deviation_max_deg: 'largest angle between nozzle and layer normal', rotation_limited: 'points where turning the nozzle, not moving it, sets the pace',
+    tilt_deviation_max_deg: 'largest angle between nozzle and layer normal', raised_points: 'points that the nozzle passes higher to keep its head off', max_raise_mm: 'by how much at most', rotation_limited: 'points where turning the nozzle, not moving it, sets the pace',
     stops: 'places inside lines where arm and extruder stop', gates: 'places where arm and extruder wait for each other',
     unreachable_places: 'first point out of reach of each line', collision_places: 'first contact of each line', triangles: 'triangles of the surface',
     shells: 'closed surfaces', min_edge_mm: 'shortest edge', max_edge_mm: 'longest edge', worst_tet: 'number of the worst tetrahedron',

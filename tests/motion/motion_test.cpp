@@ -159,7 +159,7 @@ TEST(PlanMotion, TrenchTooNarrowIsReportedAsACollisionThatNamesWhatIsTouched) {
 }
 
 // A groove of three beads, its bottom laid last: no tilt within the allowed deviation clears both flanks.
-Toolpaths groove() {
+Toolpaths groove(double flank = 1.4) {
   Toolpaths toolpaths;
   const std::vector<Vec3> up(21, Vec3::UnitZ());
   const auto row = [&](double y, double z) {
@@ -168,8 +168,8 @@ Toolpaths groove() {
     shapes::add_path(toolpaths, positions, up, 0);
   };
   row(-20.0, 0.3);
-  row(-0.75, 1.4);
-  row(0.75, 1.4);
+  row(-0.75, flank);
+  row(0.75, flank);
   row(0.0, 0.3);
   row(20.0, 0.3);
   return toolpaths;
@@ -196,6 +196,61 @@ TEST(PlanMotion, OnlyPathsOfOnePieceChangePlaces) {
   const MotionResult result = plan_motion(toolpaths, Machine{});
   EXPECT_TRUE(result.path_order.empty());
   EXPECT_FALSE(find(result.report, "motion.collisions").ok);
+}
+
+TEST(PlanMotion, NozzlePassesHigherWhereNeitherTiltNorOrderFreesIt) {
+  // The flanks belong to another piece, and rise 0.1 mm above what is the bead's own.
+  Toolpaths toolpaths = groove(1.0);
+  toolpaths.paths[3].piece = toolpaths.paths[4].piece = 1;
+  Machine level;
+  level.tolerances.max_raise_mm = 0.0;
+  const MotionResult touching = plan_motion(toolpaths, level);
+  EXPECT_FALSE(find(touching.report, "motion.collisions").ok);
+  EXPECT_TRUE(touching.raised.empty());
+
+  const MotionResult result = plan_motion(toolpaths, Machine{});
+  expect_all_checks(result.report);
+  EXPECT_TRUE(result.path_order.empty());
+  EXPECT_EQ(result.raised.size(), 21u);
+  EXPECT_GT(result.report.max_raise_mm, 0.05);
+  EXPECT_LE(result.report.max_raise_mm, Machine{}.tolerances.max_raise_mm);
+  for (const RaisedPoint& point : result.raised) {
+    EXPECT_GE(point.point, toolpaths.paths[3].first_point);
+    EXPECT_LT(point.point, toolpaths.paths[4].first_point);
+  }
+  const Waypoint start = result.motion.waypoints[result.motion.paths[3].first_waypoint];
+  EXPECT_NEAR(start.tip_mm.z(), 0.6 + result.raised.front().raise_mm, 1e-6);
+  raise_points(toolpaths, result.raised);
+  expect_sound(toolpaths, Machine{}, result);
+}
+
+TEST(PlanMotion, NothingIsRaisedInVain) {
+  // The flanks are higher than any raise clears.
+  Toolpaths toolpaths = groove(1.4);
+  toolpaths.paths[3].piece = toolpaths.paths[4].piece = 1;
+  const MotionResult result = plan_motion(toolpaths, Machine{});
+  EXPECT_FALSE(find(result.report, "motion.collisions").ok);
+  EXPECT_TRUE(result.raised.empty());
+  const Waypoint start = result.motion.waypoints[result.motion.paths[3].first_waypoint];
+  EXPECT_NEAR(start.tip_mm.z(), 0.6, 1e-6);
+}
+
+TEST(PlanMotion, PathThatTouchesItselfIsRaisedThoughOthersChangePlaces) {
+  // Beside a groove whose bottom goes first: the same piece has a path whose end lies between its own flanks.
+  Toolpaths toolpaths = groove();
+  std::vector<Vec3> positions;
+  const auto row = [&](double y, double z, bool back) {
+    for (int i = 0; i <= 20; ++i) positions.push_back(Vec3(back ? 10.0 - i : i - 10.0, y, z));
+  };
+  row(29.25, 1.0, false);
+  row(30.75, 1.0, true);
+  row(30.0, 0.3, false);
+  shapes::add_path(toolpaths, positions, std::vector<Vec3>(positions.size(), Vec3::UnitZ()), 0);
+  const MotionResult result = plan_motion(toolpaths, Machine{});
+  expect_all_checks(result.report);
+  EXPECT_EQ(result.path_order, (std::vector<Index>{0, 3, 1, 2, 4, 5}));
+  EXPECT_FALSE(result.raised.empty());
+  for (const RaisedPoint& point : result.raised) EXPECT_GE(point.point, toolpaths.paths[5].first_point + 40);
 }
 
 TEST(PlanMotion, CreaseOfALayerIsPassedByANewChainNotByAJumpOfTheArm) {

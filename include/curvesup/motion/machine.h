@@ -102,6 +102,7 @@ struct Tolerances {
   double max_tilt_rate_deg_mm = 8.0;              // of the nozzle axis along the path, where the deviation allows it
   double max_yaw_rate_deg_mm = 6.0;               // about the nozzle axis
   double clearance_mm = 0.2;                      // between head and what is printed; the nozzle's own bead excepted
+  double max_raise_mm = 0.2;                      // of the nozzle off its path, where no tilt and no order keeps the head off
   double travel_clearance_mm = 5.0;               // above everything printed so far
 };
 

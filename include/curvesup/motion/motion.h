@@ -131,6 +131,12 @@ struct MotionCollision {
   std::string what;  // e.g. "nozzle cone touches support of path 12"
 };
 
+// A toolpath point at which the nozzle passes higher than planned, along the layer normal.
+struct RaisedPoint {
+  Index point = 0;
+  double raise_mm = 0.0;
+};
+
 struct MotionReport {
   std::size_t waypoints = 0;
   std::size_t source_points = 0;
@@ -144,6 +150,7 @@ struct MotionReport {
   std::size_t unreachable_waypoints = 0;
   std::size_t colliding_waypoints = 0;
   std::size_t colliding_travels = 0;
+  double max_raise_mm = 0.0;
   double min_singularity_metric = 0.0;
   double max_joint_speed_ratio = 0.0;  // of the joint speed limit
   double max_joint_step_rad = 0.0;
@@ -158,13 +165,15 @@ struct MotionResult {
   // Empty, or in which order the paths have to be printed so that the head touches nothing: their indices in the
   // toolpaths that were given. `motion` and `report` count paths and points in this order; see reorder_paths().
   std::vector<Index> path_order;
+  // Where the nozzle has to pass higher, in the order of points; see raise_points().
+  std::vector<RaisedPoint> raised;
 };
 
 // Plans every pose of the arm for printing `toolpaths` in print order.
 //   Guarantees  bead volume is conserved exactly per path; every waypoint's joints reproduce its pose to 1e-6; one arm
 //               branch per chain; limits of `machine` kept, or the place listed in `unreachable` / `collisions`. Where
 //               no allowed tilt keeps the head off what lies beside a path of the same piece, the path is printed before
-//               that one: path_order says so.
+//               that one: path_order says so. Where that does not help either, the nozzle passes up to max_raise higher.
 //   Errors      none for reach or collision: those are data, and the caller decides (exit code 6). When
 //               report.unreachable is not empty, motion is not complete and must not be emitted.
 //   Cost        linear in the number of toolpath points; deterministic for any thread count.
@@ -173,5 +182,9 @@ struct MotionResult {
 
 // Puts paths and their points into an order that plan_motion() asks for; nothing happens when it is empty.
 void reorder_paths(Toolpaths& toolpaths, std::span<const Index> order);
+
+// Raises the tip at the points that plan_motion() lists, by more tip offset; beads keep their place and volume. Comes after
+// reorder_paths().
+void raise_points(Toolpaths& toolpaths, std::span<const RaisedPoint> raised);
 
 }  // namespace curvesup
