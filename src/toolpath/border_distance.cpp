@@ -16,12 +16,18 @@ constexpr double kKinkCosine = 0.8;      // two that meet at more than this angl
 constexpr double kKinkSlack = 0.02;      // of the edge's length
 constexpr double kSmoothSlope = 0.5;     // slopes at an edge's ends that are farther off its mean slope are not believed
 
-// Turns x, which is perpendicular to the unit vector a, by the smallest rotation that takes a to the unit vector b.
-Vec3 turned(const Vec3& x, const Vec3& a, const Vec3& b) {
-  const double c = 1.0 + a.dot(b);
-  if (c < 0.1) return x - b * b.dot(x);  // a fold of the surface: no smooth frame exists
-  return x - (b.dot(x) / c) * (a + b);
-}
+// The smallest rotation that takes the unit vector a to the unit vector b, of vectors perpendicular to a.
+class Turn {
+ public:
+  Turn(const Vec3& a, const Vec3& b) : to_(b) {
+    const double c = 1.0 + a.dot(b);
+    shift_ = c < 0.1 ? b : Vec3((a + b) / c);  // a fold of the surface: no smooth frame exists
+  }
+  [[nodiscard]] Vec3 operator()(const Vec3& x) const { return x - to_.dot(x) * shift_; }
+
+ private:
+  Vec3 to_, shift_;
+};
 
 // The edge vector laid flat into the plane across `normal`, its length kept.
 Vec3 laid_flat(const Vec3& edge, const Vec3& normal) {
@@ -61,8 +67,6 @@ class NearestFirst {
   }
   std::vector<Entry> heap_;
 };
-
-Vec3 rotated(const Vec3& x, const Vec3& axis, double c, double s) { return c * x + s * axis.cross(x); }
 
 }  // namespace
 
@@ -123,7 +127,7 @@ void BorderDistance::collect_border() {
   }
   for (std::size_t e = 0; e < n; ++e) {
     const Vec3& normal = mesh_.normals[to[e]];
-    const Vec3 before = turned(fronts_[from[e]].tangent, mesh_.normals[from[e]], normal);
+    const Vec3 before = Turn(mesh_.normals[from[e]], normal)(fronts_[from[e]].tangent);
     const Vec3& after = fronts_[to[e]].tangent;
     const double c = before.dot(after), s = normal.dot(before.cross(after)), length = std::hypot(c, s);
     border_.turn_cos[e] = length > 0.0 ? c / length : 1.0;
@@ -137,45 +141,73 @@ Vec3 BorderDistance::to_border(const Front& front) const {
   return front.start + along * front.tangent;
 }
 
-// Follows the border from the front's edge, both ways, while that comes nearer.
+// Follows the border from the front's edge, the way that leads nearer, while it does. In the tangent plane, whose axes are
+// the front's tangent and what is on its left.
 void BorderDistance::slide(Front& front, const Vec3& normal) const {
   constexpr int kPatience = 2;  // steps that need not pay, so that a notch does not stop the search
   const double along = -front.start.dot(front.tangent), length = border_.length[front.edge];
   front.distance = (front.start + std::clamp(along, 0.0, length) * front.tangent).norm();
   if (along > 0.0 && along < length) return;
+  struct Place {
+    double x, y, cos, sin;  // where the edge starts, and which way it runs
+    Index edge;
+  };
+  const auto squared_distance = [&](const Place& p) {
+    const double part = std::clamp(-(p.x * p.cos + p.y * p.sin), 0.0, border_.length[p.edge]);
+    const double x = p.x + part * p.cos, y = p.y + part * p.sin;
+    return x * x + y * y;
+  };
+  const auto advance = [&](Place& p) {
+    p.x += border_.length[p.edge] * p.cos;
+    p.y += border_.length[p.edge] * p.sin;
+  };
+  const auto turn = [&](Place& p, double c, double s) {
+    const double cos = p.cos;
+    p.cos = c * cos - s * p.sin;
+    p.sin = s * cos + c * p.sin;
+  };
   const bool forward = along >= length && length > 0.0;
-  Front walk = front;
+  const Vec3 left = normal.cross(front.tangent);
+  Place walk{-along, front.start.dot(left), 1.0, 0.0, front.edge}, best = walk;
+  double least = front.distance * front.distance;
   for (int wait = 0, step = 0; wait <= kPatience && step < 1000; ++step) {
     if (forward) {
-      walk.start += border_.length[walk.edge] * walk.tangent;
-      walk.tangent = rotated(walk.tangent, normal, border_.turn_cos[walk.edge], border_.turn_sin[walk.edge]);
+      advance(walk);
+      turn(walk, border_.turn_cos[walk.edge], border_.turn_sin[walk.edge]);
       walk.edge = border_.next[walk.edge];
     } else {
       walk.edge = border_.previous[walk.edge];
-      walk.tangent = rotated(walk.tangent, normal, border_.turn_cos[walk.edge], -border_.turn_sin[walk.edge]);
-      walk.start -= border_.length[walk.edge] * walk.tangent;
+      turn(walk, border_.turn_cos[walk.edge], -border_.turn_sin[walk.edge]);
+      walk.x -= border_.length[walk.edge] * walk.cos;
+      walk.y -= border_.length[walk.edge] * walk.sin;
     }
-    walk.distance = to_border(walk).norm();
-    if (walk.distance < front.distance) {
-      front = walk;
+    const double squared = squared_distance(walk);
+    if (squared < least) {
+      least = squared;
+      best = walk;
       wait = 0;
     } else {
       ++wait;
     }
   }
+  if (best.edge == front.edge) return;
+  front.start = best.x * front.tangent + best.y * left;
+  front.tangent = best.cos * front.tangent + best.sin * left;
+  front.edge = best.edge;
+  front.distance = std::sqrt(least);
 }
 
 Front BorderDistance::seen_from(Index vertex, const Vec3& offset, const Vec3& normal) const {
   const Vec3 between = middle_normal(mesh_.normals[vertex], normal);
-  const Vec3 step = turned(laid_flat(offset, between), between, normal);
+  const Vec3 step = Turn(between, normal)(laid_flat(offset, between));
+  const Turn turn(mesh_.normals[vertex], normal);
   Front front = fronts_[vertex];
+  front.tangent = turn(front.tangent);
   if (front.wave) {
-    front.tangent = turned(front.tangent, mesh_.normals[vertex], normal);
     front.distance -= front.tangent.dot(step);
     return front;
   }
-  front.start = turned(front.start, mesh_.normals[vertex], normal) - step;
-  front.tangent = turned(front.tangent, mesh_.normals[vertex], normal);
+  front.start = turn(front.start) - step;
   slide(front, normal);
   return front;
 }
@@ -274,7 +306,7 @@ void BorderDistance::march() {
     const Vec3& normal = mesh_.normals[vertex];
     Vec3 direction = from - normal * normal.dot(from);
     // So near the source that its own direction is better than that of the step.
-    if (from.norm() < 100.0 * kGain || direction.norm() < 1e-9) direction = turned(to_border(fronts_[source]), mesh_.normals[source], normal);
+    if (from.norm() < 100.0 * kGain || direction.norm() < 1e-9) direction = Turn(mesh_.normals[source], normal)(to_border(fronts_[source]));
     const double length = direction.norm();
     held.tangent = length > 1e-9 ? Vec3(direction / length) : Vec3(normal.unitOrthogonal());
     held.distance = distance;

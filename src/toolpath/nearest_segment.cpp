@@ -1,6 +1,8 @@
 #include "toolpath/nearest_segment.h"
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -29,7 +31,7 @@ struct Line {
   std::array<float, 3> from, along;
   float inverse_squared_length;
 
-  explicit Line(const Segment& s) : inverse_squared_length(s.squared_length > 0.0 ? static_cast<float>(1.0 / s.squared_length) : 0.0F) {
+  explicit Line(const Segment& s) : inverse_squared_length(static_cast<float>(s.inverse_squared_length)) {
     for (int i = 0; i < 3; ++i) {
       from[i] = static_cast<float>(s.from[i]);
       along[i] = static_cast<float>(s.along[i]);
@@ -43,16 +45,12 @@ struct Line {
   }
 };
 
-std::size_t power_of_two(std::size_t least) {
-  std::size_t size = 64;
-  while (size < least) size *= 2;
-  return size;
-}
+std::size_t slots_for(std::size_t places) { return std::bit_ceil(std::max<std::size_t>(places / kLanes, 64)); }
 
 class PlaceGrid {
  public:
   PlaceGrid(std::span<const Place> places, double reach)
-      : places_(places), reach_(reach), cells_(2.0 * reach, power_of_two(places.size() / 4)), first_(power_of_two(places.size() / 4) + 1, 0) {
+      : places_(places), reach_(reach), cells_(2.0 * reach, slots_for(places.size())), first_(slots_for(places.size()) + 1, 0) {
     std::vector<Index> slot(places.size());
     for (std::size_t p = 0; p < places.size(); ++p) ++first_[(slot[p] = static_cast<Index>(cells_.slot_of(places[p].position))) + 1];
     std::vector<Index> fill(first_.size(), 0);  // places

@@ -13,12 +13,14 @@ namespace curvesup::toolpath {
 struct Segment {
   Vec3 from, along;  // along: to the other end
   Vec3 normal;       // of the surface
-  double squared_length = 0.0;
+  double length, inverse_squared_length;  // the latter 0 of a point
+
+  Segment(const Vec3& start, const Vec3& way, const Vec3& across)
+      : from(start), along(way), normal(across), length(way.norm()), inverse_squared_length(length > 1e-12 ? 1.0 / (length * length) : 0.0) {}
 
   [[nodiscard]] double squared_distance(const Vec3& place) const {
     const Vec3 out = place - from;
-    const double part = squared_length > 0.0 ? std::clamp(out.dot(along) / squared_length, 0.0, 1.0) : 0.0;
-    return (out - part * along).squaredNorm();
+    return (out - std::clamp(out.dot(along) * inverse_squared_length, 0.0, 1.0) * along).squaredNorm();
   }
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "curvesup/mesh/triangle_mesh.h"
 
@@ -115,23 +116,28 @@ EdgeTable make_edges(const PieceMesh& mesh) {
 
 std::vector<PieceMesh> split_into_pieces(const LayerStack& stack, const Sheet& sheet,
                                          std::span<const Vec3> triangle_gradient) {
-  // Vertices of the sheet, renumbered densely in ascending order.
-  std::vector<Index> ids;
+  // Vertices of the sheet, renumbered densely in ascending order. The ids of one sheet lie close together.
   std::vector<Index> kept;
+  Index low = std::numeric_limits<Index>::max(), high = -1;
   for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
     const auto& [a, b, c] = stack.triangles[t];
     if (a == b || b == c || c == a) continue;
     kept.push_back(t);
-    ids.insert(ids.end(), {a, b, c});
+    low = std::min({low, a, b, c});
+    high = std::max({high, a, b, c});
   }
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::vector<Index> number(kept.empty() ? 0 : high - low + 1, kNone), ids;
+  for (const Index t : kept) {
+    for (const Index v : stack.triangles[t]) number[v - low] = 0;
+  }
+  for (std::size_t i = 0; i < number.size(); ++i) {
+    if (number[i] == kNone) continue;
+    number[i] = static_cast<Index>(ids.size());
+    ids.push_back(low + static_cast<Index>(i));
+  }
   std::vector<std::array<Index, 3>> triangles(kept.size());
   for (std::size_t t = 0; t < kept.size(); ++t) {
-    for (int i = 0; i < 3; ++i) {
-      const Index v = stack.triangles[kept[t]][i];
-      triangles[t][i] = static_cast<Index>(std::lower_bound(ids.begin(), ids.end(), v) - ids.begin());
-    }
+    for (int i = 0; i < 3; ++i) triangles[t][i] = number[stack.triangles[kept[t]][i] - low];
   }
   const auto neighbours = pair_edges(triangles, static_cast<Index>(ids.size()));
 

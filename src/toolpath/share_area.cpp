@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "curvesup/mesh/triangle_mesh.h"
@@ -18,27 +19,28 @@ constexpr double kStretch = 1.5;         // widths
 constexpr double kShortest = 0.75;       // widths
 constexpr double kReach = 0.6;           // widths: most places are not farther from the track that they belong to ...
 constexpr double kFarthest = 2.4;        // ... and none is farther
-constexpr double kMargin = 1.0;          // widths around a stretch that are looked at
+constexpr double kMargin = 1.0;          // widths around a step that are looked at
 constexpr Index kAdjoining = 4;          // segments along a track
-constexpr double kFlagCell = 0.6;        // widths: of places near a stretch
+constexpr double kFlagCell = 0.6;        // widths: of places near a step
 
 struct Stretch {
   double length = 0.0, area = 0.0;
 };
 
-// Where stretches pass near.
-class StretchFlags {
+// Where steps pass near.
+class StepFlags {
  public:
-  StretchFlags(double width, std::size_t slots) : cells_(kFlagCell * width, slots), margin_(Vec3::Constant(kMargin * width)), flag_(slots, 0) {}
+  StepFlags(double width, std::size_t slots) : cells_(kFlagCell * width, slots), margin_(Vec3::Constant(kMargin * width)), flag_(slots, 0) {}
 
   void mark(const Segment& s) {
     const Vec3 end = s.from + s.along;
     cells_.for_box(s.from.cwiseMin(end) - margin_, s.from.cwiseMax(end) + margin_, [&](std::size_t slot) { flag_[slot] = 1; });
+    any_ = true;
   }
-  // False only where no stretch is near the box.
+  // False only where no step is near the box.
   [[nodiscard]] bool near(const Vec3& low, const Vec3& high) const {
     bool found = false;
-    cells_.for_box(low, high, [&](std::size_t slot) { found = found || flag_[slot]; });
+    if (any_) cells_.for_box(low, high, [&](std::size_t slot) { found = found || flag_[slot]; });
     return found;
   }
 
@@ -46,6 +48,7 @@ class StretchFlags {
   CellSlots cells_;
   Vec3 margin_;
   std::vector<char> flag_;
+  bool any_ = false;
 };
 
 // The part of a triangle's area where the function that is linear between the values at its corners is positive.
@@ -108,7 +111,7 @@ class AreaShares {
           if (first == kNone) first = static_cast<Index>(stretches_.size()) - 1;
         }
         if (irregular) stretches_.back().length += along.norm();
-        segments_.push_back({from.position, along, (from.normal + to.normal).normalized(), along.squaredNorm()});
+        segments_.emplace_back(from.position, along, (from.normal + to.normal).normalized());
         stretch_.push_back(irregular ? static_cast<Index>(stretches_.size()) - 1 : kNone);
         track_.push_back(id);
       }
@@ -160,16 +163,15 @@ class AreaShares {
   }
 
   void cut_into_parts() {
-    std::size_t slots = 1024;
-    while (slots < 8 * segments_.size()) slots *= 2;
-    StretchFlags stretches(beads_.width, slots);
-    for (std::size_t s = 0; s < segments_.size(); ++s) {
-      if (stretch_[s] != kNone) stretches.mark(segments_[s]);
-    }
+    const StepFlags steps = flag_steps();
+    const std::vector<char> near = near_irregular();
     std::vector<Index> place_of(mesh_.vertices.size(), kNone);
     for (const auto& corners : mesh_.triangles) {
       const Vec3 &a = mesh_.vertices[corners[0]], &b = mesh_.vertices[corners[1]], &c = mesh_.vertices[corners[2]];
-      if (!stretches.near(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c))) continue;
+      if (!near[corners[0]] && !near[corners[1]] && !near[corners[2]] &&
+          !steps.near(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c))) {
+        continue;
+      }
       Part part{corners, triangle_area(a, b, c)};
       for (Index& v : part.corners) {
         Index& place = place_of[v];
@@ -178,6 +180,48 @@ class AreaShares {
       }
       cut(part);
     }
+  }
+
+  [[nodiscard]] StepFlags flag_steps() const {
+    constexpr std::size_t kSlotsEach = 256;
+    std::vector<Index> steps;
+    Index s = 0;
+    for (const Track& track : tracks_) {
+      for (std::size_t i = 1; i < track.points.size(); ++i, ++s) {
+        if (track.points[i].step) steps.push_back(s);
+      }
+    }
+    StepFlags flags(beads_.width, std::bit_ceil(kSlotsEach * std::max<std::size_t>(steps.size(), 1)));
+    for (const Index step : steps) flags.mark(segments_[step]);
+    return flags;
+  }
+
+  // The vertices that are no farther from an irregular triangle, along edges, than a bead reaches.
+  [[nodiscard]] std::vector<char> near_irregular() const {
+    constexpr int kRounds = 4;
+    const double reach = kReach * beads_.width;
+    std::vector<double> distance(mesh_.vertices.size(), kFar);
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      if (!irregular_[t]) continue;
+      for (const Index v : mesh_.triangles[t]) distance[v] = 0.0;
+    }
+    const auto hand_on = [&](Index from, Index to) {
+      if (distance[from] >= reach || distance[to] == 0.0) return false;
+      const double there = distance[from] + (mesh_.vertices[to] - mesh_.vertices[from]).norm();
+      if (there >= distance[to]) return false;
+      distance[to] = there;
+      return true;
+    };
+    bool changed = true;
+    for (int round = 0; round < kRounds && changed; ++round) {
+      changed = false;
+      for (const auto& t : mesh_.triangles) {
+        for (int i = 0; i < 3; ++i) changed |= hand_on(t[i], t[next3(i)]) | hand_on(t[next3(i)], t[i]);
+      }
+    }
+    std::vector<char> near(distance.size());
+    for (std::size_t v = 0; v < near.size(); ++v) near[v] = distance[v] <= reach;
+    return near;
   }
 
   Index add_place(const Vec3& position, const Vec3& normal) {
@@ -212,11 +256,17 @@ class AreaShares {
     const std::array<Index, 3> owner = {owner_[corners[0]], owner_[corners[1]], owner_[corners[2]]};
     int lone = 0;  // the corner that may belong to another track than the two others
     while (lone < 3 && !adjoin(owner[next3(lone)], owner[prev3(lone)])) ++lone;
-    if (lone == 3) return least_parts({distances_from(owner[0], corners), distances_from(owner[1], corners), distances_from(owner[2], corners)});
+    const auto distances_from = [&](Index segment) -> std::array<double, 3> {
+      if (segment == kNone) return {kFar, kFar, kFar};
+      std::array<double, 3> distances;
+      for (int i = 0; i < 3; ++i) distances[i] = distance_from(places_[corners[i]].position, segment, owner[i] == segment);
+      return distances;
+    };
+    if (lone == 3) return least_parts({distances_from(owner[0]), distances_from(owner[1]), distances_from(owner[2])});
     const Index here = owner[lone], there = owner[next3(lone)];
     double own = 1.0 / 3.0;
     if (!adjoin(here, there) && here != kNone && there != kNone) {
-      const std::array<double, 3> from_here = distances_from(here, corners), from_there = distances_from(there, corners);
+      const std::array<double, 3> from_here = distances_from(here), from_there = distances_from(there);
       own = positive_part({from_there[0] - from_here[0], from_there[1] - from_here[1], from_there[2] - from_here[2]});
     }
     std::array<double, 3> shares;
@@ -225,24 +275,16 @@ class AreaShares {
     return shares;
   }
 
-  // The distances of the corners from a track.
-  [[nodiscard]] std::array<double, 3> distances_from(Index segment, const std::array<Index, 3>& corners) const {
-    if (segment == kNone) return {kFar, kFar, kFar};
-    std::array<double, 3> distances;
-    for (int i = 0; i < 3; ++i) distances[i] = distance_from(places_[corners[i]].position, segment);
-    return distances;
-  }
-
   [[nodiscard]] bool adjoin(Index a, Index b) const {
     if (a == b) return true;
     return a != kNone && b != kNone && std::abs(a - b) <= kAdjoining && track_[a] == track_[b];
   }
 
-  // The distance of a place from a track, found downhill from one of its segments.
-  [[nodiscard]] double distance_from(const Vec3& place, Index segment) const {
+  // The distance of a place from a track, found downhill from one of its segments, unless that is known to be the nearest.
+  [[nodiscard]] double distance_from(const Vec3& place, Index segment, bool nearest) const {
     double least = segments_[segment].squared_distance(place);
     for (const Index step : {-1, 1}) {
-      for (Index s = segment + step; adjoin(s >= 0 && s < static_cast<Index>(segments_.size()) ? s : kNone, segment); s += step) {
+      for (Index s = segment + step; !nearest && s >= 0 && s < static_cast<Index>(segments_.size()) && adjoin(s, segment); s += step) {
         const double squared = segments_[s].squared_distance(place);
         if (squared > least) break;
         least = squared;
@@ -266,7 +308,7 @@ class AreaShares {
         width = beads_.width;
         const Stretch* stretch = stretch_[s] == kNone ? nullptr : &stretches_[stretch_[s]];
         if (stretch != nullptr && stretch->length > 0.0) width = stretch->area / stretch->length;
-        const double step = std::sqrt(segments_[s].squared_length);
+        const double step = segments_[s].length;
         owned += width * step;
         length += step;
         width = std::clamp(width, beads_.min, beads_.max);

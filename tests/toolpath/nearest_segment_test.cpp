@@ -9,7 +9,7 @@ namespace curvesup::toolpath {
 namespace {
 
 Segment make_segment(const Vec3& from, const Vec3& to, const Vec3& normal = Vec3::UnitZ()) {
-  return {from, to - from, normal, (to - from).squaredNorm()};
+  return {from, to - from, normal};
 }
 
 // Distance to the best of many points of a segment.
