@@ -8,7 +8,7 @@
 
 namespace curvesup::certificate {
 
-std::vector<Piece> pieces_of(const LayerStack& stack, Index sheet_index) {
+std::vector<Piece> pieces_of(const LayerStack& stack, Index sheet_index, Neighbours* neighbours) {
   const Sheet& sheet = stack.sheets[sheet_index];
   // Sides in buckets by their lower vertex; two triangles share a side when they meet in a bucket with equal higher
   // ones.
@@ -22,6 +22,7 @@ std::vector<Piece> pieces_of(const LayerStack& stack, Index sheet_index) {
   if (sheet.triangle_count == 0) return {};
   struct Side {
     Index high, triangle;
+    int corner;
   };
   std::vector<Index> first(static_cast<std::size_t>(highest - lowest) + 2, 0);
   const auto for_each_side = [&](const auto& use) {
@@ -29,7 +30,7 @@ std::vector<Piece> pieces_of(const LayerStack& stack, Index sheet_index) {
       const auto& v = stack.triangles[sheet.first_triangle + t];
       for (int c = 0; c < 3; ++c) {
         const Index a = v[c], b = v[(c + 1) % 3];
-        use(std::min(a, b) - lowest, Side{std::max(a, b), t});
+        use(std::min(a, b) - lowest, Side{std::max(a, b), t, c});
       }
     }
   };
@@ -44,10 +45,19 @@ std::vector<Piece> pieces_of(const LayerStack& stack, Index sheet_index) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
+  if (neighbours != nullptr) neighbours->assign(sheet.triangle_count, {kNone, kNone, kNone});
+  const auto meet = [&](const Side& side, Index other) {
+    Index& slot = (*neighbours)[side.triangle][side.corner];
+    slot = slot == kNone ? other : kSeveral;
+  };
   for (std::size_t bucket = 0; bucket + 1 < first.size(); ++bucket) {
     for (Index i = first[bucket]; i < first[bucket + 1]; ++i) {
       for (Index j = i + 1; j < first[bucket + 1]; ++j) {
         if (sides[i].high != sides[j].high) continue;
+        if (neighbours != nullptr) {
+          meet(sides[i], sides[j].triangle);
+          meet(sides[j], sides[i].triangle);
+        }
         const Index a = find(sides[i].triangle), b = find(sides[j].triangle);
         parent[std::max(a, b)] = std::min(a, b);
       }

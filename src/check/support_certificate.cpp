@@ -2,8 +2,9 @@
 
 #include <cmath>
 
-#include "check/support_parts.h"
+#include "check/printed_grid.h"
 #include "curvesup/core/format.h"
+#include "curvesup/core/parallel.h"
 
 namespace curvesup {
 
@@ -15,14 +16,7 @@ CellGrid::CellGrid(const Vec3& low, const Vec3& high, double cell_mm, double mos
   const auto cells_along = [&](int axis) { return std::floor(extent[axis] / cell_mm_) + 1.0; };
   while (cells_along(0) * cells_along(1) * cells_along(2) > most_cells) cell_mm_ *= 1.25;
   size_ = Cell(static_cast<int>(cells_along(0)), static_cast<int>(cells_along(1)), static_cast<int>(cells_along(2)));
-}
-
-CellGrid::Cell CellGrid::cell_of(const Vec3& p) const {
-  const Vec3 at = (p - low_) / cell_mm_;
-  Cell c;
-  for (int axis = 0; axis < 3; ++axis)
-    c[axis] = static_cast<int>(std::clamp(std::floor(at[axis]), 0.0, size_[axis] - 1.0));
-  return c;
+  per_mm_ = 1.0 / cell_mm_;
 }
 
 }  // namespace certificate
@@ -94,15 +88,19 @@ SupportCertificate certify_support(const Model& model, const std::vector<Index>&
                                    const SupportCertificateOptions& options, const RunContext& run) {
   SupportCertificate result;
   const certificate::Subject subject{model, domain, field, printed, options, run};
-  certificate::prove_coverage(subject, blocked_faces, result);
-  run.progress(0.4);
-  certificate::prove_pieces(subject, result);
+  certificate::PrintedGrids grids;
+  // The skeleton takes about as long as both grids.
+  parallel_for(3, 1, run, [&](std::size_t, std::size_t, std::size_t job) {
+    if (job > 0) grids[job - 1] = certificate::PrintedGrid(subject, static_cast<Material>(job - 1));
+    if (job == 0 && skeleton != nullptr) certificate::prove_skeleton(subject, *skeleton, result);
+  });
+  run.progress(0.3);
+  certificate::prove_coverage(subject, grids, blocked_faces, result);
+  run.progress(0.5);
+  certificate::prove_pieces(subject, grids, result);
   run.progress(0.9);
   add_support_checks(options, result);
-  if (skeleton != nullptr) {
-    certificate::prove_skeleton(subject, *skeleton, result);
-    add_skeleton_checks(options, result);
-  }
+  if (skeleton != nullptr) add_skeleton_checks(options, result);
   return result;
 }
 

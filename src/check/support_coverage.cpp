@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <limits>
 
-#include "check/support_parts.h"
+#include "check/printed_grid.h"
+#include "check/sheet_pieces.h"
 #include "curvesup/core/parallel.h"
 #include "curvesup/mesh/triangle_mesh.h"
 
@@ -74,6 +74,16 @@ std::vector<Sample> sample_faces(const Subject& subject, const std::vector<char>
   return samples;
 }
 
+// False for triangles that lie wholly to one side of the line through p, or behind p: they meet no cylinder around it.
+bool near_line(const std::array<Vec3, 3>& triangle, const Vec3& p, const Vec3& down, double radius) {
+  const Vec3 a = triangle[0] - p, b = triangle[1] - p, c = triangle[2] - p;
+  if (std::max({a.dot(down), b.dot(down), c.dot(down)}) < 0.0) return false;
+  // Seen along the line, all corners beyond a tangent of the circle.
+  const Vec3 middle = (a + b + c) / 3.0, aside = middle - middle.dot(down) * down;
+  const double bound = radius * aside.norm();
+  return std::min({a.dot(aside), b.dot(aside), c.dot(aside)}) <= bound;
+}
+
 // Whether a point of the triangle lies in the cylinder of the given radius along `down` from p, between depths above 0
 // and `reach`. The triangle is cut to the slab of depths, then seen along the axis. The layer that passes through p
 // itself does not lie below it.
@@ -118,121 +128,54 @@ bool meets_cylinder(const std::array<Vec3, 3>& triangle, const Vec3& p, const Ve
   return count >= 3 && positive != negative;  // the axis passes through the polygon
 }
 
-// Samples by cell, so that each printed triangle finds the few that it may lie below.
-struct SampleGrid {
-  CellGrid grid;
-  std::vector<Index> first, sample;
-
-  SampleGrid(const std::vector<Sample>& samples, double cell_mm) {
-    Vec3 low = samples[0].position, high = low;
-    for (const Sample& s : samples) {
-      low = low.cwiseMin(s.position);
-      high = high.cwiseMax(s.position);
-    }
-    low_ = low;
-    high_ = high;
-    grid = CellGrid(low, high, cell_mm);
-    first.assign(grid.cells() + 1, 0);
-    for (const Sample& s : samples) ++first[grid.index(grid.cell_of(s.position)) + 1];
-    for (std::size_t c = 0; c < grid.cells(); ++c) first[c + 1] += first[c];
-    sample.resize(samples.size());
-    std::vector<Index> next(first.begin(), first.end() - 1);
-    for (Index s = 0; s < static_cast<Index>(samples.size()); ++s)
-      sample[next[grid.index(grid.cell_of(samples[s].position))]++] = s;
-  }
-  [[nodiscard]] bool outside(const Vec3& low, const Vec3& high) const {
-    return (high.array() < low_.array()).any() || (low.array() > high_.array()).any();
-  }
-
- private:
-  Vec3 low_, high_;
-};
-
+// What lies under the samples. Each one looks for itself, so the order of the threads does not matter.
 class Coverage {
  public:
-  Coverage(const Subject& subject, const std::vector<Sample>& samples)
-      : subject_(subject), samples_(samples), grid_(samples, 2.0), covered_(samples.size()), open_(grid_.grid.cells()) {
-    for (std::size_t c = 0; c < grid_.grid.cells(); ++c)
-      open_[c][0] = open_[c][1] = grid_.first[c + 1] - grid_.first[c];
-    for (const Sample& s : samples) thickest_ = std::max(thickest_, s.thickness);
-  }
+  Coverage(const Subject& subject, const PrintedGrids& grids) : subject_(subject), grids_(grids) {}
 
-  void add_platform() {
-    for (std::size_t s = 0; s < samples_.size(); ++s) {
-      const Sample& sample = samples_[s];
-      if (-sample.down.z() * sample.thickness >= sample.position.z()) {
-        covered_[s] |= kByModel;
-        --open_[grid_.grid.index(grid_.grid.cell_of(sample.position))][0];
-      }
-    }
+  [[nodiscard]] std::uint8_t operator()(const Sample& sample) const {
+    std::uint8_t found = 0;
+    if (on_platform(sample) || reached(sample, Material::model, 0.5 * subject_.options.bead_width_mm, 0.0)) found |= kByModel;
+    if (reached(sample, Material::support, subject_.options.leaf_radius_mm, subject_.options.top_gap_mm)) found |= kBySupport;
+    return found;
   }
-
-  void add(const Sheet& sheet) {
-    const auto& options = subject_.options;
-    const bool support = sheet.material == Material::support;
-    const double radius = support ? options.leaf_radius_mm : 0.5 * options.bead_width_mm;
-    const double gap = support ? options.top_gap_mm : 0.0;
-    const std::uint8_t bit = support ? kBySupport : kByModel;
-    const LayerStack& stack = subject_.printed;
-    for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
-      const auto& v = stack.triangles[t];
-      const std::array<Vec3, 3> corners = {stack.vertices[v[0]], stack.vertices[v[1]], stack.vertices[v[2]]};
-      const double thickness = subject_.thickness(stack.triangle_tet[t], sheet.passes);
-      const double most = 1.5 * std::max(thickness, thickest_) + gap;
-      const Vec3 around = Vec3::Constant(std::hypot(most, radius));
-      const Vec3 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]) - around;
-      const Vec3 high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]) + around;
-      if (grid_.outside(low, high)) continue;
-      grid_.grid.visit(low, high, [&](std::size_t cell) {
-        auto& open = open_[cell][support];
-        if (open.load(std::memory_order_relaxed) == 0) return false;
-        for (Index i = grid_.first[cell]; i < grid_.first[cell + 1]; ++i) {
-          const Index s = grid_.sample[i];
-          if (covered_[s].load(std::memory_order_relaxed) & bit) continue;
-          const Sample& sample = samples_[s];
-          const Vec3& q = sample.position;
-          if ((q.array() < low.array()).any() || (q.array() > high.array()).any()) continue;
-          const double reach = 1.5 * std::max(thickness, sample.thickness) + gap;
-          if (!meets_cylinder(corners, q, sample.down, reach, radius)) continue;
-          if (!(covered_[s].fetch_or(bit, std::memory_order_relaxed) & bit))
-            open.fetch_sub(1, std::memory_order_relaxed);
-        }
-        return false;
-      });
-    }
-  }
-
-  [[nodiscard]] std::uint8_t operator[](std::size_t s) const { return covered_[s].load(std::memory_order_relaxed); }
 
  private:
+  static bool on_platform(const Sample& sample) { return -sample.down.z() * sample.thickness >= sample.position.z(); }
+
+  [[nodiscard]] bool reached(const Sample& sample, Material material, double radius, double gap) const {
+    const PrintedGrid& grid = grids_[static_cast<int>(material)];
+    return grid.visit_below(sample.position, sample.down, sample.thickness, gap, radius, [&](Index t) {
+      const std::array<Vec3, 3> corners = corners_of(subject_.printed, t);
+      if (!near_line(corners, sample.position, sample.down, radius)) return false;
+      const double reach = 1.5 * std::max(sample.thickness, grid.thickness(t)) + gap;
+      return meets_cylinder(corners, sample.position, sample.down, reach, radius);
+    });
+  }
+
   const Subject& subject_;
-  const std::vector<Sample>& samples_;
-  SampleGrid grid_;
-  std::vector<std::atomic<std::uint8_t>> covered_;  // bits are only ever set: the order of the threads does not matter
-  // By cell and material, samples that are not covered yet: full cells are passed over.
-  std::vector<std::array<std::atomic<Index>, 2>> open_;
-  double thickest_ = 0.0;
+  const PrintedGrids& grids_;
 };
 
 }  // namespace
 
-void prove_coverage(const Subject& subject, const std::vector<Index>& blocked_faces, SupportCertificate& certificate) {
+void prove_coverage(const Subject& subject, const PrintedGrids& grids, const std::vector<Index>& blocked_faces,
+                    SupportCertificate& certificate) {
   const auto hangs = overhanging_faces(subject, blocked_faces, certificate.blocked_area_mm2);
   const auto samples = sample_faces(subject, hangs);
   certificate.samples = static_cast<Index>(samples.size());
   if (samples.empty()) return;
-  Coverage coverage(subject, samples);
-  coverage.add_platform();
-  const auto& sheets = subject.printed.sheets;
-  parallel_for(sheets.size(), 4, subject.run, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t s = begin; s < end; ++s) coverage.add(sheets[s]);
+  const Coverage coverage(subject, grids);
+  std::vector<std::uint8_t> covered(samples.size());
+  parallel_for(samples.size(), 256, subject.run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t s = begin; s < end; ++s) covered[s] = coverage(samples[s]);
   });
 
   double by_model = 0.0;
   for (std::size_t s = 0; s < samples.size(); ++s) {
     certificate.overhang_area_mm2 += samples[s].area;
-    if (coverage[s] & kByModel) by_model += samples[s].area;
-    if (coverage[s] != 0) continue;
+    if (covered[s] & kByModel) by_model += samples[s].area;
+    if (covered[s] != 0) continue;
     certificate.uncovered_area_mm2 += samples[s].area;
     if (certificate.uncovered.empty() || certificate.uncovered.back().face != samples[s].face) {
       certificate.uncovered.push_back({samples[s].face, 0.0});

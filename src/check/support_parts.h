@@ -28,8 +28,12 @@ struct Subject {
   }
 };
 
-void prove_coverage(const Subject& subject, const std::vector<Index>& blocked_faces, SupportCertificate& certificate);
-void prove_pieces(const Subject& subject, SupportCertificate& certificate);
+class PrintedGrid;
+using PrintedGrids = std::array<PrintedGrid, kMaterialCount>;
+
+void prove_coverage(const Subject& subject, const PrintedGrids& grids, const std::vector<Index>& blocked_faces,
+                    SupportCertificate& certificate);
+void prove_pieces(const Subject& subject, const PrintedGrids& grids, SupportCertificate& certificate);
 void prove_skeleton(const Subject& subject, const Skeleton& skeleton, SupportCertificate& certificate);
 
 // Cells of equal size over a box, at most `most_cells`; points outside belong to the border cells.
@@ -39,7 +43,12 @@ class CellGrid {
   CellGrid(const Vec3& low, const Vec3& high, double cell_mm, double most_cells = 4e6);
 
   using Cell = Eigen::Vector3i;
-  [[nodiscard]] Cell cell_of(const Vec3& p) const;
+  [[nodiscard]] Cell cell_of(const Vec3& p) const {
+    Cell c;
+    for (int axis = 0; axis < 3; ++axis)
+      c[axis] = static_cast<int>(std::clamp((p[axis] - low_[axis]) * per_mm_, 0.0, size_[axis] - 1.0));
+    return c;
+  }
   [[nodiscard]] std::size_t index(const Cell& c) const {
     return (static_cast<std::size_t>(c.z()) * size_.y() + c.y()) * size_.x() + c.x();
   }
@@ -50,8 +59,9 @@ class CellGrid {
     const Cell a = cell_of(low), b = cell_of(high);
     for (int z = a.z(); z <= b.z(); ++z) {
       for (int y = a.y(); y <= b.y(); ++y) {
+        const std::size_t row = index({0, y, z});
         for (int x = a.x(); x <= b.x(); ++x) {
-          if (visit_cell(index({x, y, z}))) return true;
+          if (visit_cell(row + x)) return true;
         }
       }
     }
@@ -60,7 +70,7 @@ class CellGrid {
 
  private:
   Vec3 low_ = Vec3::Zero();
-  double cell_mm_ = 1.0;
+  double cell_mm_ = 1.0, per_mm_ = 1.0;
   Cell size_ = Cell::Ones();
 };
 

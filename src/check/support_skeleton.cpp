@@ -67,8 +67,7 @@ class TetFinder {
   void containing(const Vec3& p, const auto& visit) const {
     const std::size_t cell = grid_.index(grid_.cell_of(p));
     for (std::size_t i = first_[cell]; i < first_[cell + 1]; ++i) {
-      const auto weight = barycentric(mesh_, entries_[i], p);
-      if (*std::min_element(weight.begin(), weight.end()) >= -1e-9) visit(entries_[i]);
+      if (holds(entries_[i], p)) visit(entries_[i]);
     }
   }
   // The lowest of them; kNone outside of the domain.
@@ -79,6 +78,17 @@ class TetFinder {
   }
 
  private:
+  // All four coordinates from -1e-9 on; most tets are out of question after the first.
+  [[nodiscard]] bool holds(Index tet, const Vec3& p) const {
+    const auto& t = mesh_.tets[tet];
+    const std::array<Vec3, 4> c = {mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]], mesh_.vertices[t[3]]};
+    const double least = -1e-9 * (c[1] - c[0]).cross(c[2] - c[0]).dot(c[3] - c[0]);
+    return std::all_of(kTetFace.begin(), kTetFace.end(), [&](const auto& face) {
+      const Vec3& a = c[face[0]];
+      return (c[face[1]] - a).cross(c[face[2]] - a).dot(a - p) >= least;
+    });
+  }
+
   const TetMesh& mesh_;
   CellGrid grid_;
   std::vector<std::size_t> first_;

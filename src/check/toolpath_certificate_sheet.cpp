@@ -76,13 +76,14 @@ struct Facet {
   double rise;  // z of the print direction
   double thickness;
   Index piece;
+  std::array<Index, 3> beyond;  // the facets beyond the sides from a, b and c: kNone, kSeveral
 };
 
 double local_height(const Facet& facet, double z) {
   return std::min(facet.thickness, std::max(0.0, z + 0.5 * facet.thickness * facet.rise));
 }
 
-std::vector<Facet> facets_of(const SheetTask& task, Index sheet_index, const std::vector<Piece>& pieces) {
+std::vector<Facet> facets_of(const SheetTask& task, Index sheet_index, const std::vector<Piece>& pieces, const Neighbours& beyond) {
   const Sheet& sheet = task.printed.sheets[sheet_index];
   std::vector<Facet> facets(sheet.triangle_count);
   for (std::size_t piece = 0; piece < pieces.size(); ++piece) {
@@ -100,7 +101,8 @@ std::vector<Facet> facets_of(const SheetTask& task, Index sheet_index, const std
                                           .c = c,
                                           .rise = gradient.z() / slope,
                                           .thickness = 1.0 / (slope * task.printed.count * sheet.passes),
-                                          .piece = static_cast<Index>(piece)};
+                                          .piece = static_cast<Index>(piece),
+                                          .beyond = beyond[t - sheet.first_triangle]};
     }
   }
   return facets;
@@ -114,8 +116,8 @@ struct Footing {
 
 class SheetSurface {
  public:
-  SheetSurface(const SheetTask& task, Index sheet, const std::vector<Piece>& pieces)
-      : facets_(facets_of(task, sheet, pieces)),
+  SheetSurface(const SheetTask& task, Index sheet, const std::vector<Piece>& pieces, const Neighbours& beyond)
+      : facets_(facets_of(task, sheet, pieces, beyond)),
         limit_(task.options.max_distance_mm),
         grid_(static_cast<Index>(facets_.size()), cell_size(pieces), [&](Index i) {
           const Facet& f = facets_[i];
@@ -123,10 +125,12 @@ class SheetSurface {
         }),
         touched_(pieces.size(), 0) {}
 
-  // Also marks the pieces that p touches.
+  // Also marks the pieces that p touches. Fast for points that lie near the one before.
   Footing footing(const Vec3& p) {
     if (!p.allFinite()) return {};
-    Footing found = look(p, limit_);
+    Footing found;
+    if (step_to(p, found)) return found;
+    found = look(p, limit_);
     if (found.distance > limit_) found = look(p, kFarMm);
     return found;
   }
@@ -143,40 +147,73 @@ class SheetSurface {
 
   Footing look(const Vec3& p, double reach) {
     Footing found;
-    if (last_ != nullptr && stands_inside(*last_, p, found)) return found;
-    const Facet* nearest = nullptr;
+    Index nearest = kNone;
     const bool alone = grid_.visit(p, reach, [&](Index i) {
       const Facet& f = facets_[i];
-      if (stands_inside(f, p, found)) {
-        last_ = &f;
+      const double off = std::abs(f.normal.dot(p - f.a));
+      const std::array<double, 3> inside = {f.inward[0].dot(p - f.a), f.inward[1].dot(p - f.b), f.inward[2].dot(p - f.c)};
+      const double least = std::min({inside[0], inside[1], inside[2]});
+      if (off <= kTouch && least > kTouch) {
+        found = {.distance = off};
+        add(f, p, found);
+        last_ = i;
         return true;
       }
       const double beyond = std::max(found.distance, kTouch);
-      if (std::abs(f.normal.dot(p - f.a)) > beyond || f.inward[0].dot(f.a - p) > beyond ||
-          f.inward[1].dot(f.b - p) > beyond || f.inward[2].dot(f.c - p) > beyond) {
-        return false;
-      }
+      if (off > beyond || -least > beyond) return false;
       const double distance = (closest_point_on_triangle(p, f.a, f.b, f.c) - p).norm();
       if (distance < found.distance) {
         found.distance = distance;
-        nearest = &f;
+        nearest = i;
       }
       if (distance <= kTouch) add(f, p, found);
       return false;
     });
-    if (!alone && nearest != nullptr && found.distance > kTouch && found.distance <= limit_) add(*nearest, p, found);
+    if (alone) return found;
+    if (nearest != kNone) last_ = nearest;
+    if (nearest != kNone && found.distance > kTouch && found.distance <= limit_) add(facets_[nearest], p, found);
     return found;
   }
-  // Whether p touches the inner part of a triangle, and so no other one.
-  bool stands_inside(const Facet& f, const Vec3& p, Footing& found) {
-    const double distance = std::abs(f.normal.dot(p - f.a));
-    if (!(distance <= kTouch && f.inward[0].dot(p - f.a) > kTouch && f.inward[1].dot(p - f.b) > kTouch &&
-          f.inward[2].dot(p - f.c) > kTouch)) {
-      return false;
+
+  // Walks from the facet found last to the one that p stands on. True when p touches the inner part of one facet, or of the
+  // side between two, and so no other one; then `found` is what look() would say.
+  bool step_to(const Vec3& p, Footing& found) {
+    constexpr int kMostSteps = 6;
+    for (int step = 0; step < kMostSteps && last_ != kNone; ++step) {
+      const Facet& f = facets_[last_];
+      const double off = std::abs(f.normal.dot(p - f.a));
+      if (!(off <= kTouch)) return false;
+      const std::array<double, 3> inside = {f.inward[0].dot(p - f.a), f.inward[1].dot(p - f.b), f.inward[2].dot(p - f.c)};
+      const auto side = std::min_element(inside.begin(), inside.end()) - inside.begin();
+      if (inside[side] > kTouch) {
+        found = {.distance = off};
+        add(f, p, found);
+        return true;
+      }
+      const Index next = f.beyond[side];
+      if (next < 0) return false;
+      if (inside[side] >= -kTouch) return stand_between(f, side, facets_[next], p, found);
+      last_ = next;
     }
-    found = {.distance = distance};
-    add(f, p, found);
-    return true;
+    return false;
+  }
+  bool stand_between(const Facet& f, std::ptrdiff_t side, const Facet& next, const Vec3& p, Footing& found) {
+    if (!along(f, side, p)) return false;
+    const auto back = std::find(next.beyond.begin(), next.beyond.end(), last_) - next.beyond.begin();
+    if (back == 3 || !along(next, back, p)) return false;
+    found = {};
+    for (const Facet* each : {&f, &next}) {
+      const double distance = (closest_point_on_triangle(p, each->a, each->b, each->c) - p).norm();
+      found.distance = std::min(found.distance, distance);
+      if (distance <= kTouch) add(*each, p, found);
+    }
+    return found.distance <= kTouch;
+  }
+  // Whether p touches the plane of a facet near one of its sides, but neither of the others.
+  static bool along(const Facet& f, std::ptrdiff_t side, const Vec3& p) {
+    const std::array<double, 3> inside = {f.inward[0].dot(p - f.a), f.inward[1].dot(p - f.b), f.inward[2].dot(p - f.c)};
+    return std::abs(f.normal.dot(p - f.a)) <= kTouch && std::abs(inside[side]) <= kTouch && inside[(side + 1) % 3] > kTouch &&
+           inside[(side + 2) % 3] > kTouch;
   }
   void add(const Facet& f, const Vec3& p, Footing& found) {
     const double height = local_height(f, p.z());
@@ -189,7 +226,7 @@ class SheetSurface {
   double limit_;
   ElementGrid grid_;
   std::vector<std::uint8_t> touched_;
-  const Facet* last_ = nullptr;  // the next point is often on the same one
+  Index last_ = kNone;  // the facet where the last point was: the next one is often on it, or beside it
 };
 
 struct Segment {
@@ -198,20 +235,11 @@ struct Segment {
   bool ring = false;
 };
 
-// Without those that have an end nowhere: their points are counted as off the layer by `measure_points`.
-std::vector<Segment> segments_of(const Toolpaths& toolpaths, const std::vector<Index>& paths, double bead_width) {
-  std::vector<Segment> segments;
-  for (const Index i : paths) {
-    const Path& path = toolpaths.paths[i];
-    for (Index k = path.first_point + 1; k < path.first_point + path.point_count; ++k) {
-      const PathPoint& end = toolpaths.points[k];
-      if (!end.position.allFinite() || !toolpaths.points[k - 1].position.allFinite()) continue;
-      const bool ring = path.kind == PathKind::contour && std::abs(end.width_mm / bead_width - 1.0) <= kRingWidth;
-      segments.push_back({toolpaths.points[k - 1].position, end.position, end.normal, end.width_mm, end.height_mm,
-                          end.volume_mm3, ring});
-    }
-  }
-  return segments;
+double squared_distance(const Vec3& p, const Segment& s) {
+  const Vec3 along = s.to - s.from, way = p - s.from;
+  const double length = along.squaredNorm();
+  const double at = length > 0.0 ? std::clamp(way.dot(along) / length, 0.0, 1.0) : 0.0;
+  return (way - at * along).squaredNorm();
 }
 
 ElementGrid grid_of(const std::vector<Segment>& segments, double cell_mm) {
@@ -232,23 +260,12 @@ double outside(double value, double low, double high) {
   return value < low ? relative_error(value, low) : relative_error(value, high);
 }
 
-void measure_points(const SheetTask& task, const std::vector<Index>& paths, SheetSurface& surface,
-                    SheetFindings& found) {
-  for (const Index i : paths) {
-    const Path& path = task.toolpaths.paths[i];
-    for (Index k = path.first_point; k < path.first_point + path.point_count; ++k) {
-      const PathPoint& point = task.toolpaths.points[k];
-      if (k == path.first_point && point.volume_mm3 != 0.0) {
-        ++found.wrong_volumes;
-        found.max_volume_error = std::max(found.max_volume_error, 1.0);
-      }
-      const double distance = surface.footing(point.position).distance;
-      found.points_off += distance > task.options.max_distance_mm;
-      if (distance > found.max_point_distance) {
-        found.max_point_distance = distance;
-        found.farthest_point = point.position;
-      }
-    }
+void measure_point(const SheetTask& task, const Vec3& position, SheetSurface& surface, SheetFindings& found) {
+  const double distance = surface.footing(position).distance;
+  found.points_off += distance > task.options.max_distance_mm;
+  if (distance > found.max_point_distance) {
+    found.max_point_distance = distance;
+    found.farthest_point = position;
   }
 }
 
@@ -292,6 +309,32 @@ void measure_segment(const SheetTask& task, const Segment& s, SheetSurface& surf
   }
 }
 
+// Points and segments of the paths in their order. Gives back the segments but those that have an end nowhere: their points
+// are off the layer.
+std::vector<Segment> measure_paths(const SheetTask& task, const std::vector<Index>& paths, SheetSurface& surface,
+                                   SheetFindings& found) {
+  const double bead_width = task.options.bead_width_mm;
+  std::vector<Segment> segments;
+  for (const Index i : paths) {
+    const Path& path = task.toolpaths.paths[i];
+    for (Index k = path.first_point; k < path.first_point + path.point_count; ++k) {
+      const PathPoint& end = task.toolpaths.points[k];
+      if (k == path.first_point && end.volume_mm3 != 0.0) {
+        ++found.wrong_volumes;
+        found.max_volume_error = std::max(found.max_volume_error, 1.0);
+      }
+      if (k > path.first_point && end.position.allFinite() && task.toolpaths.points[k - 1].position.allFinite()) {
+        const bool ring = path.kind == PathKind::contour && std::abs(end.width_mm / bead_width - 1.0) <= kRingWidth;
+        segments.push_back({task.toolpaths.points[k - 1].position, end.position, end.normal, end.width_mm, end.height_mm,
+                            end.volume_mm3, ring});
+        measure_segment(task, segments.back(), surface, found);
+      }
+      measure_point(task, end.position, surface, found);
+    }
+  }
+  return segments;
+}
+
 // Points at equal steps of area through the sheet, in the order of its triangles.
 void for_each_sample(const std::vector<Facet>& facets, double per_mm2, const auto& use) {
   const double step = 1.0 / per_mm2;
@@ -315,19 +358,23 @@ void for_each_sample(const std::vector<Facet>& facets, double per_mm2, const aut
 
 void measure_coverage(const SheetTask& task, const std::vector<Facet>& facets, const std::vector<Segment>& segments,
                       const ElementGrid& grid, SheetFindings& found) {
-  const double nominal = task.options.bead_width_mm;
+  const double nominal = task.options.bead_width_mm, near = 0.55 * nominal;
   double widest = nominal;
   for (const Segment& s : segments) widest = std::max(widest, s.width);
   widest = std::min(widest, 4.0 * nominal);  // a wrong width must not make the search endless
   for_each_sample(facets, task.samples_per_mm2, [&](const Vec3& p, const Facet&) {
     bool covered = false, bead_covered = false;
-    grid.visit(p, 0.55 * widest, [&](Index i) {
-      const Segment& s = segments[i];
-      const double distance = (closest_point_on_segment(p, s.from, s.to) - p).norm();
-      covered = covered || distance <= 0.55 * nominal;
-      bead_covered = bead_covered || distance <= 0.55 * s.width;
-      return covered && bead_covered;
-    });
+    // Few places need a bead that is wider than usual.
+    for (const double reach : {near, 0.55 * widest}) {
+      if (grid.visit(p, reach, [&](Index i) {
+            const double distance = squared_distance(p, segments[i]);
+            covered = covered || distance <= near * near;
+            bead_covered = bead_covered || distance <= 0.55 * 0.55 * segments[i].width * segments[i].width;
+            return covered && bead_covered;
+          })) {
+        break;
+      }
+    }
     ++found.samples;
     found.covered += covered;
     found.bead_covered += bead_covered;
@@ -341,7 +388,7 @@ class Rim {
   Rim(const LayerStack& printed, const Sheet& sheet, double reach) : edges_(edges_of(printed, sheet)), reach_(reach), grid_(grid_of(edges_, reach)) {}
   [[nodiscard]] bool near(const Vec3& p) const {
     return grid_.visit(p, reach_, [&](Index i) {
-      return (closest_point_on_segment(p, edges_[i].from, edges_[i].to) - p).norm() <= reach_;
+      return squared_distance(p, edges_[i]) <= reach_ * reach_;
     });
   }
 
@@ -384,7 +431,9 @@ class ModelOver {
     for (Index s = 0; s < static_cast<Index>(task.printed.sheets.size()); ++s) {
       const Sheet& other = task.printed.sheets[s];
       if (other.material != Material::model || other.layer <= sheet.layer || other.layer > sheet.layer + last) continue;
-      above_.emplace_back(other.layer - sheet.layer, SheetSurface(task, s, pieces_of(task.printed, s)));
+      Neighbours beyond;
+      const std::vector<Piece> pieces = pieces_of(task.printed, s, &beyond);
+      above_.emplace_back(other.layer - sheet.layer, SheetSurface(task, s, pieces, beyond));
     }
   }
   bool covers(const Vec3& p, const Facet& f) {
@@ -414,7 +463,7 @@ void measure_sparse_coverage(const SheetTask& task, const Sheet& sheet, const st
   for_each_sample(facets, task.samples_per_mm2, [&](const Vec3& p, const Facet& f) {
     const double reach = rim.near(p) || model.covers(p, f) ? near : far;
     const bool covered = grid.visit(p, reach, [&](Index i) {
-      return (closest_point_on_segment(p, segments[i].from, segments[i].to) - p).norm() <= reach;
+      return squared_distance(p, segments[i]) <= reach * reach;
     });
     ++found.sparse_samples;
     found.sparse_covered += covered;
@@ -484,12 +533,11 @@ void measure_layer(const SheetTask& task, const std::vector<Facet>& facets, cons
 
 SheetFindings measure_sheet(const SheetTask& task, Index sheet, const std::vector<Index>& paths) {
   SheetFindings found;
-  const std::vector<Piece> pieces = pieces_of(task.printed, sheet);
-  SheetSurface surface(task, sheet, pieces);
+  Neighbours beyond;
+  const std::vector<Piece> pieces = pieces_of(task.printed, sheet, &beyond);
+  SheetSurface surface(task, sheet, pieces, beyond);
   measure_layer(task, surface.facets(), pieces, found);
-  const std::vector<Segment> segments = segments_of(task.toolpaths, paths, task.options.bead_width_mm);
-  measure_points(task, paths, surface, found);
-  for (const Segment& s : segments) measure_segment(task, s, surface, found);
+  const std::vector<Segment> segments = measure_paths(task, paths, surface, found);
 
   const double smallest = 0.5 * task.options.bead_width_mm * task.options.bead_width_mm;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
