@@ -64,7 +64,7 @@ class PieceAt {
   double tolerance_;
 };
 
-// All passes of one number m, and which pieces of the layer they have been followed from.
+// The passes of one number m but the one in the middle, and which pieces of the layer they have been followed from.
 struct Division {
   std::vector<PassSheet> sheets;
   std::vector<char> seeded;
@@ -105,12 +105,25 @@ class SlabDivider {
         keep_pieces(division.found[j], keep);
         if (!division.found[j].triangles.empty()) result.passes.push_back(std::move(division.found[j]));
       }
+      if (m % 2 == 1) result.passes.push_back(middle_pass(m));
     }
     return result;
   }
 
  private:
   int passes_of(Index piece) { return passes_[regions_.root(piece)]; }
+
+  // Of an odd number of passes the one in the middle is the layer itself.
+  [[nodiscard]] TrimmedSheet middle_pass(int m) {
+    TrimmedSheet sheet = middle_;
+    const Level level = make_level(middle_.head.layer, m / 2, m, layer_count_);
+    sheet.head = {level.layer, level.pass, level.passes, Material::support, level.iso_value, 0, 0};
+    sheet.cut_away_area = 0.0;
+    std::vector<char> keep(passes_.size());
+    for (std::size_t p = 0; p < keep.size(); ++p) keep[p] = passes_of(static_cast<Index>(p)) == m;
+    keep_pieces(sheet, keep);
+    return sheet;
+  }
 
   // Follows the passes from every piece that now wants a number it has not been followed at; false when there is none.
   bool grow() {
@@ -144,6 +157,7 @@ class SlabDivider {
     if (division.sheets.empty()) {
       division.seeded.assign(passes_.size(), 0);
       for (int j = 0; j < m; ++j) {
+        if (2 * j + 1 == m) continue;
         division.sheets.emplace_back(domain_, field_, reachable_, solid_, options_.edge_length_mm,
                                      make_level(middle_.head.layer, j, m, layer_count_));
       }

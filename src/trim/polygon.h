@@ -17,7 +17,10 @@ using Loop = std::vector<Index>;
 
 // Removes points that lie within `tolerance` of the straight line between those that stay. Points for
 // which `fixed` is true stay. What is left of a loop without area may have fewer than three points.
-void simplify_loop(std::span<const Vec2> points, const std::vector<char>& fixed, double tolerance, Loop& loop);
+// `moved`, as long as `points`, gets places for the others that stay at which the loop has the area it had before: between
+// two fixed points all of them go out, or in, by one distance, at most the tolerance.
+void simplify_loop(std::span<const Vec2> points, const std::vector<char>& fixed, double tolerance, Loop& loop,
+                   std::span<Vec2> moved);
 
 // Triangles that fill the region of the loops, counter-clockwise, well shaped ones preferred (ear clipping, holes joined to
 // their outer loop by bridges). Every point of a loop is a corner. Where loops touch or cross by rounding, triangles

@@ -13,20 +13,21 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // Samples may be as far apart as this part of the radius of the thinnest strut near them.
-constexpr double kEdgePerRadius = 0.5;
+constexpr double kEdgePerRadius = 0.6;
 // Between samples so many steps apart that are inside, and whose middle is, everything counts as inside: struts are convex,
 // so all that this can overlook is a notch or a hole narrower than that.
 constexpr int kInsideIntervals = 4;
 constexpr int kMaxIntervals = 2048;
-constexpr double kRootTolerance_mm = 1e-4;
+// Cuts of edges, and what of the border is drawn inside a triangle.
+constexpr double kCutTolerance_mm = 2e-4, kRootTolerance_mm = 1e-3;
 // Where all corners have a lower value than this it is hardly ever provable that a whole triangle is inside.
 constexpr double kDeepInside = 1.0;
 // Parts of a lattice edge.
 constexpr double kBesideNode = 0.02, kOffNode = 1e-5;
 // A border that leaves its chord by less gets no further point.
-constexpr double kFlatBorder_mm = 2e-3;
+constexpr double kFlatBorder_mm = 3e-3;
 // Border points that lie nearer to the line between others are left out.
-constexpr double kBorderTolerance_mm = 5e-3;
+constexpr double kBorderTolerance_mm = 6e-3;
 
 // The value of a sample that counts as inside or outside: it is made to agree where the two differ.
 double on_side(double value, bool inside) {
@@ -35,9 +36,10 @@ double on_side(double value, bool inside) {
 
 // Root of the solid between a point inside (value >= 0) and one outside, by Chandrupatla's method (inverse quadratic
 // interpolation where that is safe, else bisection), started by one linear step.
-Vec3 root_between(const Solid& solid, const Vec3& inside, double inside_value, const Vec3& outside, double outside_value) {
+Vec3 root_between(const Solid& solid, const Vec3& inside, double inside_value, const Vec3& outside, double outside_value,
+                  double tolerance_mm = kRootTolerance_mm) {
   const Vec3 along = outside - inside;
-  const double tolerance = kRootTolerance_mm / std::max(along.norm(), kRootTolerance_mm);
+  const double tolerance = tolerance_mm / std::max(along.norm(), tolerance_mm);
   double a = 0.0, b = 1.0, value_a = inside_value, value_b = outside_value, c = 0.0, value_c = 0.0;
   double t = value_a / (value_a - value_b);
   for (int i = 0; i < 60; ++i) {
@@ -102,7 +104,7 @@ int SheetCutter::intervals(double length, double step) {
 }
 
 Index SheetCutter::cut_between(const Vec3& inside, double inside_value, const Vec3& outside, double outside_value) {
-  const Index v = add_vertex(root_between(solid_, inside, inside_value, outside, outside_value));
+  const Index v = add_vertex(root_between(solid_, inside, inside_value, outside, outside_value, kCutTolerance_mm));
   side_[v] = 1;
   return v;
 }
@@ -410,6 +412,20 @@ Index SheetCutter::point_beside(Index from, Index to, const std::array<Node, 3>&
   return add_border_point(root, kNone, false);
 }
 
+// Puts border points back that were moved out of the triangle.
+void SheetCutter::stay_in_triangle() {
+  const double n = lattice_.n;
+  const std::array<Vec2, 3> corner = {Vec2(0.0, 0.0), Vec2(n * lattice_.u.dot(frame_x_), n * lattice_.u.dot(frame_y_)),
+                                      Vec2(n * lattice_.v.dot(frame_x_), n * lattice_.v.dot(frame_y_))};
+  for (std::size_t i = 0; i < evened_.size(); ++i) {
+    if (evened_[i] == flat_[i]) continue;
+    for (int c = 0; c < 3; ++c) {
+      const Vec2 side = corner[(c + 1) % 3] - corner[c], offset = evened_[i] - corner[c];
+      if (!(side.x() * offset.y() - side.y() * offset.x() > 0.0)) evened_[i] = flat_[i];
+    }
+  }
+}
+
 void SheetCutter::triangulate(Index tet, double area) {
   for (std::size_t i = 0; i < perimeter_.size(); ++i) {
     if (perimeter_[i][1]) border_[perimeter_[i][0]].next = perimeter_[(i + 1) % perimeter_.size()][0];
@@ -423,33 +439,36 @@ void SheetCutter::triangulate(Index tet, double area) {
     }
     if (loop.size() >= 3) traced.push_back(std::move(loop));
   }
+  evened_ = flat_;
   for (const Loop& loop : traced) {
     Loop simple = loop;
-    simplify_loop(flat_, fixed_, kBorderTolerance_mm, simple);
+    simplify_loop(flat_, fixed_, kBorderTolerance_mm, simple, evened_);
     if (simple.size() >= 3) loops.push_back(std::move(simple));
   }
+  stay_in_triangle();
   // Borders nearer to each other than the tolerance may have been made to cross: then every point stays.
-  auto triangles = triangulate_loops(flat_, loops);
+  auto triangles = triangulate_loops(evened_, loops);
   const auto enclosed = [&] {
     double sum = 0.0;
-    for (const Loop& loop : loops) sum += loop_area(flat_, loop);
+    for (const Loop& loop : loops) sum += loop_area(evened_, loop);
     return sum;
   };
   const auto covered = [&] {
     double sum = 0.0;
-    for (const auto& t : triangles) sum += std::abs(loop_area(flat_, {t[0], t[1], t[2]}));
+    for (const auto& t : triangles) sum += std::abs(loop_area(evened_, {t[0], t[1], t[2]}));
     return sum;
   };
   if (std::abs(enclosed() - covered()) > 1e-9 * area) {
+    evened_ = flat_;
     loops = std::move(traced);
-    triangles = triangulate_loops(flat_, loops);
+    triangles = triangulate_loops(evened_, loops);
   }
   cut_away_ += area - enclosed();
   for (const auto& t : triangles) {
     Corners corners{};
     for (int c = 0; c < 3; ++c) {
       BorderPoint& point = border_[t[c]];
-      if (point.vertex == kNone) point.vertex = add_vertex(point.position);
+      if (point.vertex == kNone) point.vertex = add_vertex(lattice_.origin + evened_[t[c]].x() * frame_x_ + evened_[t[c]].y() * frame_y_);
       corners[c] = point.vertex;
     }
     keep(corners, tet);

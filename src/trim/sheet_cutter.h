@@ -84,6 +84,7 @@ class SheetCutter {
   void march_cell(const std::array<Node, 3>& node, const std::array<Index*, 3>& slot);
   void bow(Index from, Index to, const std::array<Node, 3>& node);
   Index point_beside(Index from, Index to, const std::array<Node, 3>& node);
+  void stay_in_triangle();
   void triangulate(Index tet, double area);
   void keep(const Corners& t, Index tet);
 
@@ -105,7 +106,7 @@ class SheetCutter {
   Lattice lattice_;
   Vec3 frame_x_ = Vec3::UnitX(), frame_y_ = Vec3::UnitY();
   std::vector<BorderPoint> border_;
-  std::vector<Vec2> flat_;
+  std::vector<Vec2> flat_, evened_;  // where they are in the triangle's plane, and where they go
   std::vector<char> fixed_;
   std::vector<std::array<Index, 2>> perimeter_;  // border point, and whether the edge after it is inside
 };

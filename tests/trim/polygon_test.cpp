@@ -74,7 +74,8 @@ TEST(Polygon, SimplifiedLoopsStayWithinTheTolerance) {
   Loop loop = circle;
   std::vector<char> fixed(200, 0);
   fixed[17] = fixed[18] = 1;
-  simplify_loop(points, fixed, 0.01, loop);
+  std::vector<Vec2> moved = points;
+  simplify_loop(points, fixed, 0.01, loop, moved);
   EXPECT_LT(loop.size(), 50u);
   EXPECT_TRUE(std::count(loop.begin(), loop.end(), 17) && std::count(loop.begin(), loop.end(), 18));
   double worst = 0.0;
@@ -84,6 +85,9 @@ TEST(Polygon, SimplifiedLoopsStayWithinTheTolerance) {
   }
   EXPECT_LE(worst, 0.0101);
   EXPECT_GT(worst, 0.002);
+  EXPECT_NEAR(loop_area(moved, loop) / loop_area(points, circle), 1.0, 1e-5);
+  for (const Index i : loop) EXPECT_NEAR(moved[i].norm(), 3.0, 0.01);
+  EXPECT_TRUE(moved[17] == points[17] && moved[18] == points[18]);
 }
 
 }  // namespace
