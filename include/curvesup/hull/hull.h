@@ -11,8 +11,8 @@ namespace curvesup {
 
 struct HullOptions {
   Angle self_support = Angle::degrees(45);
-  double edge_length_mm = 5.0;   // L of the remeshed hull
-  double margin_mm = 3.0;        // delta, >= 0.6 L; grown by the stage when hull and model intersect
+  double edge_length_mm = 6.0;   // L of the remeshed hull
+  double margin_mm = 3.0;        // delta, at least L / 2; grown by the stage when hull and model intersect
   double extra_margin_mm = 0.0;  // room for the solid's thickest strut around the trajectories
 };
 
@@ -34,7 +34,7 @@ struct HullReport {
 // self_support/20 a step towards (0,0,-1), about a fixed axis, until it points there; it ends on the platform.
 // The convex hull is enlarged by `margin` in all directions and remeshed to edges of length L, which rounds it inwards
 // again: guaranteed is that hull and model do not intersect (exact test) and that the model, and the trajectories widened
-// sideways by extra_margin, keep half the margin from the hull; when they do not, the margin grows and L shrinks.
+// sideways by extra_margin, keep half the margin from the hull; when they do not, L shrinks, and the margin grows from the third attempt.
 // Throws Error{geometry} when no attempt gives that. Same input, same result.
 struct HullResult {
   TriangleMesh surface;
