@@ -44,18 +44,29 @@ std::vector<char> reachable_tets(const Domain& domain, const Solid& solid, const
   return reachable;
 }
 
+// The lowest vertex of a sheet, and how far from it the others reach: vertices of a sheet have ids close together.
+struct VertexRange {
+  Index low = std::numeric_limits<Index>::max(), count = 0;
+};
+VertexRange vertex_range(const LayerStack& stack, const Sheet& sheet) {
+  VertexRange range;
+  Index high = -1;
+  for (Index i = sheet.first_triangle; i < sheet.first_triangle + sheet.triangle_count; ++i) {
+    for (const Index v : stack.triangles[i]) {
+      range.low = std::min(range.low, v);
+      high = std::max(high, v);
+    }
+  }
+  range.count = std::max(0, high - range.low + 1);
+  return range;
+}
+
 TrimmedSheet trim_sheet(const LayerStack& stack, const Sheet& sheet, const std::vector<char>& reachable, const Solid& solid,
                         const TrimOptions& options) {
   TrimmedSheet result;
   result.head = sheet;
-  Index low = std::numeric_limits<Index>::max(), high = 0;
-  for (Index i = sheet.first_triangle; i < sheet.first_triangle + sheet.triangle_count; ++i) {
-    for (const Index v : stack.triangles[i]) {
-      low = std::min(low, v);
-      high = std::max(high, v);
-    }
-  }
-  std::vector<Index> local(high - low + 1, kNone);
+  const VertexRange range = vertex_range(stack, sheet);
+  std::vector<Index> local(range.count, kNone);
   SheetCutter cutter(solid, options.edge_length_mm);
   for (Index i = sheet.first_triangle; i < sheet.first_triangle + sheet.triangle_count; ++i) {
     auto t = stack.triangles[i];
@@ -65,7 +76,7 @@ TrimmedSheet trim_sheet(const LayerStack& stack, const Sheet& sheet, const std::
       continue;
     }
     for (Index& v : t) {
-      Index& id = local[v - low];
+      Index& id = local[v - range.low];
       if (id == kNone) {
         id = cutter.add_vertex(stack.vertices[v]);
         result.source.resize(id + 1, kNone);
@@ -144,20 +155,10 @@ Heights heights(const LayerStack& stack, const ScalarField& field, Material mate
   return result;
 }
 
-// Puts the model's sheets and the trimmed ones into one stack in the order of printing.
-LayerStack assemble(const LayerStack& untrimmed, std::vector<TrimmedSheet> trimmed) {
-  struct Entry {
-    Sheet head;
-    TrimmedSheet* support;  // null: a sheet of the untrimmed stack
-  };
-  std::vector<Entry> order;
-  for (const Sheet& sheet : untrimmed.sheets) {
-    if (sheet.material == Material::model) order.push_back({sheet, nullptr});
-  }
-  for (TrimmedSheet& sheet : trimmed) {
-    if (!sheet.triangles.empty()) order.push_back({sheet.head, &sheet});
-  }
-  std::stable_sort(order.begin(), order.end(), [](const Entry& x, const Entry& y) {
+// Puts all sheets into one stack in the order of printing.
+LayerStack assemble(const LayerStack& untrimmed, std::vector<TrimmedSheet> sheets) {
+  std::erase_if(sheets, [](const TrimmedSheet& sheet) { return sheet.triangles.empty(); });
+  std::stable_sort(sheets.begin(), sheets.end(), [](const TrimmedSheet& x, const TrimmedSheet& y) {
     const Sheet &a = x.head, &b = y.head;
     if (a.layer != b.layer) return a.layer < b.layer;
     // (2 j + 1) / m as exact fractions
@@ -168,42 +169,26 @@ LayerStack assemble(const LayerStack& untrimmed, std::vector<TrimmedSheet> trimm
 
   LayerStack stack;
   stack.count = untrimmed.count;
-  std::vector<Index> id(untrimmed.vertices.size(), kNone);
-  const auto shared = [&](Index v) {
-    if (id[v] == kNone) {
-      id[v] = static_cast<Index>(stack.vertices.size());
-      stack.vertices.push_back(untrimmed.vertices[v]);
-    }
-    return id[v];
-  };
-  std::vector<Index> own;
-  for (Entry& entry : order) {
-    Sheet head = entry.head;
+  std::vector<Index> id(untrimmed.vertices.size(), kNone), own;
+  for (TrimmedSheet& sheet : sheets) {
+    Sheet head = sheet.head;
     const Index first = static_cast<Index>(stack.triangles.size());
-    if (entry.support == nullptr) {
-      for (Index i = head.first_triangle; i < head.first_triangle + head.triangle_count; ++i) {
-        const auto& t = untrimmed.triangles[i];
-        const Index a = shared(t[0]), b = shared(t[1]), c = shared(t[2]);
-        stack.triangles.push_back({a, b, c});
-        stack.triangle_tet.push_back(untrimmed.triangle_tet[i]);
-      }
-    } else {
-      TrimmedSheet& sheet = *entry.support;
-      own.assign(sheet.vertices.size(), kNone);
-      for (std::size_t i = 0; i < sheet.triangles.size(); ++i) {
-        std::array<Index, 3> t = sheet.triangles[i];
-        for (Index& v : t) {
-          if (own[v] == kNone) {
-            own[v] = sheet.source[v] != kNone ? shared(sheet.source[v]) : static_cast<Index>(stack.vertices.size());
-            if (sheet.source[v] == kNone) stack.vertices.push_back(sheet.vertices[v]);
-          }
-          v = own[v];
+    own.assign(sheet.vertices.size(), kNone);
+    for (std::size_t i = 0; i < sheet.triangles.size(); ++i) {
+      std::array<Index, 3> t = sheet.triangles[i];
+      for (Index& v : t) {
+        // What another sheet may have too goes by its id in the untrimmed stack.
+        Index& known = sheet.source[v] != kNone ? id[sheet.source[v]] : own[v];
+        if (known == kNone) {
+          known = static_cast<Index>(stack.vertices.size());
+          stack.vertices.push_back(sheet.vertices[v]);
         }
-        stack.triangles.push_back(t);
-        stack.triangle_tet.push_back(sheet.triangle_tet[i]);
+        v = known;
       }
-      sheet = {};
+      stack.triangles.push_back(t);
+      stack.triangle_tet.push_back(sheet.triangle_tet[i]);
     }
+    sheet = {};
     head.first_triangle = first;
     head.triangle_count = static_cast<Index>(stack.triangles.size()) - first;
     stack.sheets.push_back(head);
@@ -265,25 +250,56 @@ void drop_floating(const Domain& domain, const ScalarField& field, int layer_cou
   }
 }
 
-// Gives every sheet as few triangles as will do. Returns how much volume that makes, relative.
-double coarsen_layers(const ScalarField& field, std::vector<TrimmedLayer>& layers, const RunContext& run) {
-  std::vector<CoarsenReport> reports(layers.size());
-  parallel_for(layers.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i) {
-      for (TrimmedSheet& sheet : layers[i].sheets) {
-        const CoarsenReport report = coarsen(sheet, field.gradient);
-        reports[i].volume_before += report.volume_before / sheet.head.passes;
-        reports[i].volume_after += report.volume_after / sheet.head.passes;
-        compact(sheet);
+// The model's sheets, with vertices of their own.
+std::vector<TrimmedSheet> model_sheets(const LayerStack& stack, const RunContext& run) {
+  std::vector<TrimmedSheet> result;
+  for (const Sheet& sheet : stack.sheets) {
+    if (sheet.material == Material::model) result.emplace_back().head = sheet;
+  }
+  parallel_for(result.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t s = begin; s < end; ++s) {
+      TrimmedSheet& sheet = result[s];
+      const VertexRange range = vertex_range(stack, sheet.head);
+      std::vector<Index> local(range.count, kNone);
+      const Index first = sheet.head.first_triangle, last = first + sheet.head.triangle_count;
+      sheet.triangles.assign(stack.triangles.begin() + first, stack.triangles.begin() + last);
+      sheet.triangle_tet.assign(stack.triangle_tet.begin() + first, stack.triangle_tet.begin() + last);
+      for (auto& t : sheet.triangles) {
+        for (Index& v : t) {
+          Index& id = local[v - range.low];
+          if (id == kNone) {
+            id = static_cast<Index>(sheet.vertices.size());
+            sheet.vertices.push_back(stack.vertices[v]);
+            sheet.source.push_back(v);
+          }
+          v = id;
+        }
       }
     }
   });
-  double before = 0.0, after = 0.0;
-  for (const CoarsenReport& report : reports) {
-    before += report.volume_before;
-    after += report.volume_after;
+  return result;
+}
+
+// Gives every sheet as few triangles as will do. Returns how much volume that makes, relative, of the material where it is most.
+double coarsen_sheets(const ScalarField& field, std::vector<TrimmedSheet>& sheets, const RunContext& run) {
+  std::vector<CoarsenReport> reports(sheets.size());
+  parallel_for(sheets.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) {
+      reports[i] = coarsen(sheets[i], field.gradient);
+      compact(sheets[i]);
+    }
+  });
+  std::array<double, kMaterialCount> before{}, after{};
+  for (std::size_t i = 0; i < sheets.size(); ++i) {
+    const int m = static_cast<int>(sheets[i].head.material);
+    before[m] += reports[i].volume_before / sheets[i].head.passes;
+    after[m] += reports[i].volume_after / sheets[i].head.passes;
   }
-  return before > 0.0 ? after / before - 1.0 : 0.0;
+  double most = 0.0;
+  for (int m = 0; m < kMaterialCount; ++m) {
+    if (before[m] > 0.0) most = std::max(most, std::abs(after[m] / before[m] - 1.0));
+  }
+  return most;
 }
 
 // Divides a trimmed layer into what is laid at once and what in passes; drops the pieces below the smallest area.
@@ -360,8 +376,7 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
     }
   });
   drop_floating(domain, field, untrimmed.count, solid, options, layers, run);
-  const double coarsening = coarsen_layers(field, layers, run);
-  std::vector<TrimmedSheet> trimmed;
+  std::vector<TrimmedSheet> printed_sheets = model_sheets(untrimmed, run);
   for (TrimmedLayer& layer : layers) {
     report.areas.kept_mm2 += layer.areas.kept_mm2;
     report.areas.in_passes_mm2 += layer.areas.in_passes_mm2;
@@ -374,17 +389,18 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
     for (TrimmedSheet& sheet : layer.sheets) {
       printed = printed || !sheet.triangles.empty();
       if (!sheet.triangles.empty()) report.passes_max = std::max<Index>(report.passes_max, sheet.head.passes);
-      trimmed.push_back(std::move(sheet));
+      printed_sheets.push_back(std::move(sheet));
     }
     report.support_layers += printed;
   }
   report.areas.untrimmed_mm2 = support_area(untrimmed);
-  result.stack = assemble(untrimmed, std::move(trimmed));
+  const double coarsening = coarsen_sheets(field, printed_sheets, run);
+  result.stack = assemble(untrimmed, std::move(printed_sheets));
   report.triangles = static_cast<Index>(result.stack.triangles.size());
 
   const Heights printed = heights(result.stack, field, Material::support);
   report.untrimmed_volume_mm3 = {model.volume, heights(untrimmed, field, Material::support).volume};
-  report.printed_volume_mm3 = {model.volume, printed.volume};
+  report.printed_volume_mm3 = {heights(result.stack, field, Material::model).volume, printed.volume};
   const Quantiles height = quantiles(printed.samples);
   report.support_height_min_mm = height.min;
   report.support_height_p50_mm = height.p50;
@@ -395,8 +411,8 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
   const double lost = a.untrimmed_mm2 - (a.kept_mm2 + a.in_passes_mm2 + a.cut_away_mm2 + a.removed_mm2);
   report.checks.push_back(check_at_most("trim.area_conserved", std::abs(lost) / std::max(a.untrimmed_mm2, 1.0), 1e-9,
                                         "untrimmed area less kept, in passes, cut away and removed, relative"));
-  report.checks.push_back(check_at_most("trim.coarsening_volume", std::abs(coarsening), 1e-3,
-                                        "change of the support's volume by making its triangles fewer, relative"));
+  report.checks.push_back(check_at_most("trim.coarsening_volume", coarsening, 1e-3,
+                                        "change of a material's volume by making its triangles fewer, relative"));
   if (divide) {
     report.checks.push_back(check_at_most("trim.support_height_p99", report.support_height_p99_mm,
                                           1.25 * report.max_height_mm,

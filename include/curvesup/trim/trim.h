@@ -59,7 +59,7 @@ struct TrimReport {
 };
 
 struct TrimResult {
-  LayerStack stack;  // printed: the model's sheets as they were, the support's inside the solid
+  LayerStack stack;  // printed: the model's sheets, and the support's inside the solid
   TrimReport report;
 };
 
@@ -70,8 +70,9 @@ struct TrimResult {
 // an edge decided by the edge alone and shared by its two triangles, so that a sheet stays without cracks. Between them the
 // border follows the surface within 0.01 mm, and what it encloses of the triangle is triangulated anew. Inside is value >= 0.
 //
-// Where vertices of a cut sheet can be merged without changing what is printed, they are (about half of them can): borders move by up
-// to 0.015 mm and enclose the same area, triangles stay within 0.01 mm of the plane of their tet. What model and support share stays.
+// Of the printed sheets, the model's among them, vertices are merged where that does not change what is printed; about half
+// of the triangles go. Triangles stay within 0.01 mm of the plane of their tet, borders of the solid move by up to 0.015 mm and
+// enclose the same area. The model's borders, and so what it shares with the support, stay.
 //
 // Support thicker than max_height_mm is laid in m passes at G = (k + (j + 1/2) / m) / N. One m holds for a whole connected
 // region of the slab k / N <= G < (k + 1) / N: the pieces of the layer k + 1/2 and all pieces of the passes that lie over or
