@@ -91,6 +91,10 @@ std::vector<Vec3> trajectories(const Model& model, const Overhang& overhang, dou
 
 // Every point of the shape's corners replaced by an upright prism that contains the ball of the given radius around it.
 void append_enlarged(const TriangleMesh& shape, double sideways, double upright, std::vector<Vec3>& points) {
+  if (sideways == 0.0 && upright == 0.0) {
+    points.insert(points.end(), shape.vertices.begin(), shape.vertices.end());
+    return;
+  }
   const double corner = sideways / std::cos(std::numbers::pi / kSides);
   for (const Vec3& p : shape.vertices) {
     for (int i = 0; i < kSides; ++i) {
@@ -145,26 +149,40 @@ std::vector<Vec3> search_directions() {
 
 Vec3 farthest(const std::vector<Vec3>& points, const Vec3& direction) {
   std::size_t best = 0;
+  double reach = points[0].dot(direction);
   for (std::size_t i = 1; i < points.size(); ++i) {
-    if (points[i].dot(direction) > points[best].dot(direction)) best = i;
+    const double value = points[i].dot(direction);
+    if (value > reach) {
+      reach = value;
+      best = i;
+    }
   }
   return points[best];
 }
 
 // The farthest point of shape + prism is the sum of the farthest points of both: a couple of thousand points instead of
 // thirty-two for each vertex of the shape, and a surface that lacks at most a few tenths of a millimetre.
-void append_farthest_enlarged(const TriangleMesh& shape, double sideways, double upright, std::vector<Vec3>& points) {
+void append_farthest_enlarged(const TriangleMesh& shape, double sideways, double upright, const RunContext& run,
+                              std::vector<Vec3>& points) {
   TriangleMesh origin;
   origin.vertices = {Vec3::Zero()};
   std::vector<Vec3> prism;
   append_enlarged(origin, sideways, upright, prism);
-  for (const Vec3& d : search_directions()) points.push_back(farthest(shape.vertices, d) + farthest(prism, d));
+  constexpr std::size_t kGrain = 128;
+  const std::vector<Vec3> directions = search_directions();
+  const std::size_t first = points.size();
+  points.resize(first + directions.size());
+  parallel_for(directions.size(), kGrain, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) {
+      points[first + i] = farthest(shape.vertices, directions[i]) + farthest(prism, directions[i]);
+    }
+  });
 }
 
-TriangleMesh enlarged_hull(const Shapes& shapes, double margin, double extra) {
+TriangleMesh enlarged_hull(const Shapes& shapes, double margin, double extra, const RunContext& run) {
   std::vector<Vec3> points;
-  append_farthest_enlarged(shapes.model, margin, margin, points);
-  append_farthest_enlarged(shapes.supported, margin + extra, margin, points);
+  append_farthest_enlarged(shapes.model, margin, margin, run, points);
+  append_farthest_enlarged(shapes.supported, margin + extra, margin, run, points);
   // A model that floats without any overhang still gets ground to stand on.
   double low = std::numeric_limits<double>::infinity();
   for (const Vec3& p : points) low = std::min(low, p.z());
@@ -263,7 +281,7 @@ HullResult build_hull(const Model& model, const ScalarField& field, const Overha
   double margin = std::max(options.margin_mm, kMarginPerEdge * edge);
   for (int attempt = 1;; ++attempt) {
     run.check_stop();
-    const TriangleMesh hull = remesh_isotropic(enlarged_hull(shapes, margin, extra), edge);
+    const TriangleMesh hull = remesh_isotropic(enlarged_hull(shapes, margin, extra, run), edge);
     const TriangleTree tree(hull);
     const double far = 2.0 * (margin + extra);
     report.attempts = attempt;

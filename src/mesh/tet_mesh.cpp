@@ -1,10 +1,10 @@
 #include "curvesup/mesh/tet_mesh.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <string>
 
 #include "curvesup/core/error.h"
+#include "mesh/face_uses.h"
 
 namespace curvesup {
 
@@ -23,26 +23,8 @@ double total_volume(const TetMesh& mesh) {
   return sum;
 }
 
-namespace {
-struct FaceKey {
-  std::array<Index, 3> sorted;
-  Index tet;
-  int face;
-};
-}  // namespace
-
 TetTopology build_topology(const TetMesh& mesh) {
-  std::vector<FaceKey> keys(mesh.tets.size() * 4);
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    for (int f = 0; f < 4; ++f) {
-      auto v = face_vertices(mesh.tets[t], f);
-      std::sort(v.begin(), v.end());
-      keys[4 * t + f] = {v, static_cast<Index>(t), f};
-    }
-  }
-  std::sort(keys.begin(), keys.end(), [](const FaceKey& a, const FaceKey& b) {
-    return a.sorted != b.sorted ? a.sorted < b.sorted : a.tet < b.tet;
-  });
+  const std::vector<FaceUse> keys = sorted_face_uses(mesh);
   TetTopology topology;
   topology.neighbours.assign(mesh.tets.size(), {kNone, kNone, kNone, kNone});
   for (std::size_t i = 0; i < keys.size();) {

@@ -8,6 +8,7 @@
 
 #include "core/disjoint_sets.h"
 #include "curvesup/mesh/triangle_tree.h"
+#include "mesh/face_uses.h"
 
 namespace curvesup::mesh_checks {
 
@@ -130,30 +131,18 @@ Volumes classify_volumes(const TetMesh& mesh, double diagonal) {
 }
 
 Faces classify_faces(const TetMesh& mesh) {
-  struct FaceUse {
-    std::array<Index, 3> sorted;
-    Index tet;
-    std::int8_t face;
-    bool even;  // the oriented face is an even permutation of the sorted one
+  // The oriented face is an even permutation of the sorted one.
+  const auto even = [&](const FaceUse& use) {
+    const auto v = face_vertices(mesh.tets[use.tet], use.face);
+    return ((v[0] > v[1]) + (v[0] > v[2]) + (v[1] > v[2])) % 2 == 0;
   };
-  std::vector<FaceUse> uses(4 * mesh.tets.size());
-  for (Index t = 0; t < size_of(mesh.tets); ++t) {
-    for (int f = 0; f < 4; ++f) {
-      auto v = face_vertices(mesh.tets[t], f);
-      const bool even = ((v[0] > v[1]) + (v[0] > v[2]) + (v[1] > v[2])) % 2 == 0;
-      std::sort(v.begin(), v.end());
-      uses[4 * static_cast<std::size_t>(t) + f] = {v, t, static_cast<std::int8_t>(f), even};
-    }
-  }
-  std::sort(uses.begin(), uses.end(), [](const FaceUse& a, const FaceUse& b) {
-    return a.sorted != b.sorted ? a.sorted < b.sorted : a.tet < b.tet;
-  });
+  const std::vector<FaceUse> uses = sorted_face_uses(mesh);
   Faces found;
   for (std::size_t i = 0; i < uses.size();) {
     std::size_t end = i + 1;
     while (end < uses.size() && uses[end].sorted == uses[i].sorted) ++end;
     if (end - i == 1) found.boundary.push_back(face_vertices(mesh.tets[uses[i].tet], uses[i].face));
-    if (end - i == 2 && uses[i].even == uses[i + 1].even) found.overlapping.push_back({uses[i].tet, uses[i + 1].tet});
+    if (end - i == 2 && even(uses[i]) == even(uses[i + 1])) found.overlapping.push_back({uses[i].tet, uses[i + 1].tet});
     if (end - i > 2) found.overfull.push_back(uses[i].sorted);
     i = end;
   }
