@@ -6,8 +6,10 @@
 namespace curvesup {
 namespace {
 
-constexpr double kFloatError = 1e-3;  // mm, of a centre in single precision
+constexpr float kFloatError = 1e-3f;  // mm, of a centre in single precision
 constexpr double kNoGap = std::numeric_limits<double>::infinity();
+constexpr std::size_t kMostTogether = 32;  // poses of the head that are looked at together
+constexpr double kTogether_mm = 4.0, kTogether_rad = 0.15;
 
 std::uint64_t spread(std::uint64_t value) {
   value &= 0x1fffff;
@@ -49,7 +51,7 @@ void Deposit::add_path(std::span<const PathPoint> points, std::span<const Vec3> 
     for (int s = 1; s <= pieces; ++s) {
       const double t = static_cast<double>(s) / pieces;
       const Vec3 at = laid ? Vec3((1.0 - t) * tips[i - 1] + t * tips[i]) : tips[i];
-      samples_.push_back({static_cast<float>(at.x()), static_cast<float>(at.y()), static_cast<float>(at.z()),
+      loose_.push_back({static_cast<float>(at.x()), static_cast<float>(at.y()), static_cast<float>(at.z()),
                           first + static_cast<Index>(i)});
     }
   }
@@ -81,10 +83,12 @@ void Deposit::reorder(std::size_t first, std::span<const Index> order) {
     ends[i] = at += path_end_[was] - old_begin(was);
   }
   const auto old_ends = std::span(path_end_).subspan(first, order.size());
-  for (Sample& sample : samples_) {
-    if (sample.point < begin || sample.point >= at) continue;
-    const auto path = std::upper_bound(old_ends.begin(), old_ends.end(), sample.point) - old_ends.begin();
-    sample.point += shift[static_cast<std::size_t>(path)];
+  for (Leaf& leaf : leaves_) {
+    for (Index& point : leaf.point) {
+      if (point < begin || point >= at) continue;
+      const auto path = std::upper_bound(old_ends.begin(), old_ends.end(), point) - old_ends.begin();
+      point += shift[static_cast<std::size_t>(path)];
+    }
   }
   std::copy(ends.begin(), ends.end(), old_ends.begin());
   std::copy(tops.begin(), tops.end(), own_top_.begin() + static_cast<std::ptrdiff_t>(first));
@@ -92,101 +96,124 @@ void Deposit::reorder(std::size_t first, std::span<const Index> order) {
   find_earliest();
 }
 
+Deposit::Leaf::Leaf() {
+  x.fill(Four::Zero());
+  y.fill(Four::Zero());
+  z.fill(Four::Zero());
+  point.fill(kNever);
+}
+
 void Deposit::build() {
-  if (samples_.empty()) return;
-  Vec3 low = samples_[0].position(), high = low;
-  for (const Sample& sample : samples_) {
+  samples_ = loose_.size();
+  if (loose_.empty()) return;
+  Vec3 low = loose_[0].position(), high = low;
+  for (const Sample& sample : loose_) {
     low = low.cwiseMin(sample.position());
     high = high.cwiseMax(sample.position());
   }
   const double scale = 2097151.0 / std::max(1e-9, (high - low).maxCoeff());
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(samples_.size());
-  for (std::size_t i = 0; i < samples_.size(); ++i) {
-    const Vec3 cell = scale * (samples_[i].position() - low);
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(samples_);
+  for (std::size_t i = 0; i < samples_; ++i) {
+    const Vec3 cell = scale * (loose_[i].position() - low);
     order[i] = {spread(static_cast<std::uint64_t>(cell.x())) | spread(static_cast<std::uint64_t>(cell.y())) << 1 |
                     spread(static_cast<std::uint64_t>(cell.z())) << 2,
                 static_cast<std::uint32_t>(i)};
   }
   std::sort(order.begin(), order.end());
-  std::vector<Sample> sorted(samples_.size());
-  for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = samples_[order[i].second];
-  samples_ = std::move(sorted);
-
-  leaves_ = 1;
-  while (leaves_ * kLeafSize < samples_.size()) leaves_ *= 2;
-  nodes_.assign(2 * leaves_, {});
-  std::vector<Eigen::Vector3f> lows(2 * leaves_, Eigen::Vector3f::Constant(1e30f)),
-      highs(2 * leaves_, Eigen::Vector3f::Constant(-1e30f));
-  for (std::size_t node = 2 * leaves_ - 1; node >= 1; --node) {
-    if (node >= leaves_) {
-      const std::size_t begin = (node - leaves_) * kLeafSize, end = std::min(begin + kLeafSize, samples_.size());
-      for (std::size_t i = begin; i < end; ++i) {
-        const Eigen::Vector3f at(samples_[i].x, samples_[i].y, samples_[i].z);
-        lows[node] = lows[node].cwiseMin(at);
-        highs[node] = highs[node].cwiseMax(at);
-      }
-    } else {
-      lows[node] = lows[2 * node].cwiseMin(lows[2 * node + 1]);
-      highs[node] = highs[2 * node].cwiseMax(highs[2 * node + 1]);
-    }
-    if (lows[node].x() > highs[node].x()) continue;
-    const Vec3 centre = 0.5 * (lows[node] + highs[node]).cast<double>();
-    nodes_[node].x = static_cast<float>(centre.x());
-    nodes_[node].y = static_cast<float>(centre.y());
-    nodes_[node].z = static_cast<float>(centre.z());
-    const Vec3 half = 0.5 * (highs[node] - lows[node]).cast<double>() + Vec3::Constant(kFloatError);
-    nodes_[node].half_x = static_cast<float>(half.x());
-    nodes_[node].half_y = static_cast<float>(half.y());
-    nodes_[node].half_z = static_cast<float>(half.z());
-    nodes_[node].radius = static_cast<float>(half.norm() + kFloatError);
+  leaves_.assign((samples_ + Leaf::kSize - 1) / Leaf::kSize, {});
+  for (std::size_t i = 0; i < samples_; ++i) {
+    const Sample& sample = loose_[order[i].second];
+    Leaf& leaf = leaves_[i / Leaf::kSize];
+    const std::size_t at = i % Leaf::kSize;
+    leaf.x[at / 4][at % 4] = sample.x;
+    leaf.y[at / 4][at % 4] = sample.y;
+    leaf.z[at / 4][at % 4] = sample.z;
+    leaf.point[at] = sample.point;
   }
+  std::vector<Sample>().swap(loose_);
+  build_quads();
   find_earliest();
 }
 
-void Deposit::find_earliest() {
-  for (std::size_t node = nodes_.empty() ? 0 : 2 * leaves_ - 1; node >= 1; --node) {
-    Index& earliest = nodes_[node].earliest;
-    earliest = std::numeric_limits<Index>::max();
-    if (node < leaves_) {
-      earliest = std::min(nodes_[2 * node].earliest, nodes_[2 * node + 1].earliest);
-      continue;
+void Deposit::build_quads() {
+  std::size_t width = 4, count = 1;  // of the last level; of quads
+  while (width < leaves_.size()) {
+    count += width;
+    width *= 4;
+  }
+  quads_.assign(count, {});
+  using Corner = Eigen::Vector3f;
+  std::vector<std::pair<Corner, Corner>> boxes(count + width, {Corner::Constant(1e30f), Corner::Constant(-1e30f)});
+  for (std::size_t l = 0; l < leaves_.size(); ++l) {
+    auto& [low, high] = boxes[count + l];
+    for (std::size_t i = 0; i < Leaf::kSize && leaves_[l].point[i] != kNever; ++i) {
+      const Sample sample = leaves_[l].at(i);
+      low = low.cwiseMin(Corner(sample.x, sample.y, sample.z));
+      high = high.cwiseMax(Corner(sample.x, sample.y, sample.z));
     }
-    const std::size_t begin = (node - leaves_) * kLeafSize, end = std::min(begin + kLeafSize, samples_.size());
-    for (std::size_t i = begin; i < end; ++i) earliest = std::min(earliest, samples_[i].point);
+  }
+  for (std::size_t q = count; q-- > 0;) {
+    for (int j = 0; j < 4; ++j) {
+      const auto& [low, high] = boxes[4 * q + 1 + static_cast<std::size_t>(j)];
+      if (low.x() > high.x()) continue;
+      boxes[q].first = boxes[q].first.cwiseMin(low);
+      boxes[q].second = boxes[q].second.cwiseMax(high);
+      const Corner centre = 0.5f * (low + high);
+      const Corner half = 0.5f * (high - low) + Corner::Constant(kFloatError);
+      Quad& quad = quads_[q];
+      quad.x[j] = centre.x();
+      quad.y[j] = centre.y();
+      quad.z[j] = centre.z();
+      quad.half_x[j] = half.x();
+      quad.half_y[j] = half.y();
+      quad.half_z[j] = half.z();
+      quad.radius[j] = half.norm() + kFloatError;
+    }
   }
 }
 
-template <class Excluded, class Visit>
-bool Deposit::visit(Index before, const Excluded& excluded, const Visit& visit) const {
-  if (samples_.empty()) return false;
+void Deposit::find_earliest() {
+  for (std::size_t q = quads_.size(); q-- > 0;) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      const std::size_t child = 4 * q + 1 + j;
+      Index earliest = kNever;
+      if (child < quads_.size()) {
+        earliest = *std::min_element(quads_[child].earliest.begin(), quads_[child].earliest.end());
+      } else if (leaf_of(child) < leaves_.size()) {
+        const auto& points = leaves_[leaf_of(child)].point;
+        earliest = *std::min_element(points.begin(), points.end());
+      }
+      quads_[q].earliest[j] = earliest;
+    }
+  }
+}
+
+template <class Body, class Visit>
+bool Deposit::visit(Index before, const Body& body, const Visit& visit) const {
+  if (quads_.empty()) return false;
   std::size_t stack[64];
   int depth = 0;
-  stack[depth++] = 1;
+  stack[depth++] = 0;
   while (depth > 0) {
     const std::size_t node = stack[--depth];
-    if (nodes_[node].earliest >= before || excluded(nodes_[node])) continue;
-    if (node < leaves_) {
-      stack[depth++] = 2 * node + 1;
-      stack[depth++] = 2 * node;
+    if (node < quads_.size()) {
+      const Quad& quad = quads_[node];
+      const Four spare = body.spare(quad);
+      for (std::size_t j = 4; j-- > 0;) {
+        if (quad.earliest[j] < before && spare[static_cast<int>(j)] < 0.0f) stack[depth++] = 4 * node + 1 + j;
+      }
       continue;
     }
-    const std::size_t begin = (node - leaves_) * kLeafSize, end = std::min(begin + kLeafSize, samples_.size());
-    for (std::size_t i = begin; i < end; ++i) {
-      if (samples_[i].point < before && visit(samples_[i])) return true;
+    const Leaf& leaf = leaves_[leaf_of(node)];
+    for (std::size_t group = 0; group < Leaf::kGroups; ++group) {
+      const Four spare = body.spare(leaf.x[group], leaf.y[group], leaf.z[group]);
+      for (std::size_t j = 0; j < 4; ++j) {
+        const std::size_t i = 4 * group + j;
+        if (leaf.point[i] < before && spare[static_cast<int>(j)] < 0.0f && visit(leaf.at(i))) return true;
+      }
     }
   }
   return false;
-}
-
-template <class Excluded, class Gap>
-bool Deposit::search(Index before, double clearance, const Excluded& excluded, const Gap& gap, Contact* contact) const {
-  return visit(before, excluded, [&](const Sample& sample) {
-    const Vec3 position = sample.position();
-    const double distance = gap(position);
-    if (distance >= clearance) return false;
-    if (contact) *contact = {sample.point, position, clearance - distance};
-    return true;
-  });
 }
 
 namespace {
@@ -197,13 +224,6 @@ struct HeadView {
   const Vec3 &tip, &axis;
   double free_height;
 
-  // Nothing in a box of that reach along the axis, within `extent` of its centre, is nearer than `gap`.
-  [[nodiscard]] bool excludes(const Vec3& centre, double reach, double extent, double gap) const {
-    const double height = (centre - tip).dot(axis);
-    if (height + reach <= free_height) return true;
-    const double radius = std::sqrt(std::max(0.0, (centre - tip).squaredNorm() - height * height));
-    return head.distance_bound(height, radius) - extent >= gap;
-  }
   // kNoGap for a point that does not count, or is no nearer than `gap`.
   [[nodiscard]] double distance(const Vec3& point, double gap) const {
     const Vec3 offset = point - tip;
@@ -217,79 +237,149 @@ struct HeadView {
 
 }  // namespace
 
+// Poses of the head that are near each other, and how far any of them is from one in their middle. It excludes boxes and
+// samples of which nothing is nearer to any pose than `clearance` or counts there; spare() is not negative then.
+class Deposit::HeadBundle {
+ public:
+  Index before = 0;
+
+  HeadBundle(const HeadShape& head, const double& clearance, const HeadPose& pose)
+      : HeadBundle(head, clearance, pose.tip, pose.axis, 0.0, 0.0, -pose.free_height) {
+    before = pose.before;
+  }
+
+  HeadBundle(const HeadShape& head, const double& clearance, std::span<const HeadPose> poses)
+      : HeadBundle(head, clearance, 0.5 * (poses.front().tip + poses.back().tip),
+                   (poses.front().axis + poses.back().axis).normalized(), poses) {}
+
+  [[nodiscard]] Four spare(const Quad& boxes) const {
+    const View view(*this, boxes.x, boxes.y, boxes.z);
+    const Four along = boxes.half_x * level_.x() + boxes.half_y * level_.y() + boxes.half_z * level_.z();
+    // The distance from the hull's flank grows fastest along its normal; being convex, it is nowhere in the box less than
+    // that slope says.
+    const Four inverse = cosine_ / view.radius.max(kNearAxis);
+    const Four normal = (view.x * inverse - sine_axis_.x()).abs() * boxes.half_x + (view.y * inverse - sine_axis_.y()).abs() * boxes.half_y +
+                        (view.z * inverse - sine_axis_.z()).abs() * boxes.half_z + kRelative * boxes.radius;
+    const Four aside = (view.radius > kNearAxis).select(normal, boxes.radius);
+    const Four far = view.distance + boxes.radius;
+    const Four gap = (view.flank(*this) - aside)
+                         .max(-view.height - along)
+                         .max(view.radius - widest_ - boxes.radius)
+                         .max(view.height - length_ - along);
+    return spare_of(view.height + along, far, gap);
+  }
+  [[nodiscard]] Four spare(const Four& x, const Four& y, const Four& z) const {
+    const View view(*this, x, y, z);
+    const Four gap = view.flank(*this).max(-view.height).max(view.radius - widest_).max(view.height - length_);
+    return spare_of(view.height, view.distance, gap);
+  }
+
+ private:
+  using Vec3f = Eigen::Vector3f;
+  static constexpr float kNearAxis = 1.0f;    // mm, where a direction from the axis is not known well enough
+  static constexpr float kRelative = 1e-4f;   // of such a direction
+  static constexpr float kMargin_mm = 2e-3f;  // of all that is worked out in single precision, for parts up to a metre
+
+  HeadBundle(const HeadShape& head, const double& clearance, const Vec3& tip, const Vec3& axis, std::span<const HeadPose> poses)
+      : HeadBundle(head, clearance, tip, axis, farthest_tip(poses, tip), farthest_axis(poses, axis), highest_rise(poses, tip)) {
+    for (const HeadPose& pose : poses) before = std::max(before, pose.before);
+  }
+  // shift: between tips; turn: between axes, as a chord; rise: of the middle's tip above another's tip plane, less that
+  // one's free height.
+  HeadBundle(const HeadShape& head, const double& clearance, const Vec3& tip, const Vec3& axis, double shift, double turn, double rise)
+      : clearance_(clearance),
+        tip_(tip.cast<float>()),
+        axis_(axis.cast<float>()),
+        level_(axis_.cwiseAbs()),
+        sine_axis_(head.hull_cosine() * head.hull_slope() * axis_),
+        tip_radius_(head.tip_radius()),
+        slope_(head.hull_slope()),
+        cosine_(head.hull_cosine()),
+        widest_(head.widest()),
+        length_(static_cast<float>(head.length())),
+        turn_(static_cast<float>(turn)),
+        rise_(static_cast<float>(rise) + kMargin_mm),
+        // 1.05: an angle over its chord; distances change no more than a point is moved.
+        swing_(1.05f * turn_),
+        apart_(static_cast<float>(shift * (1.0 + 1.05 * turn)) + kMargin_mm) {}
+
+  static double farthest_tip(std::span<const HeadPose> poses, const Vec3& tip) {
+    double farthest = 0.0;
+    for (const HeadPose& pose : poses) farthest = std::max(farthest, (pose.tip - tip).norm());
+    return farthest;
+  }
+  static double farthest_axis(std::span<const HeadPose> poses, const Vec3& axis) {
+    double farthest = 0.0;
+    for (const HeadPose& pose : poses) farthest = std::max(farthest, (pose.axis - axis).norm());
+    return farthest;
+  }
+  static double highest_rise(std::span<const HeadPose> poses, const Vec3& tip) {
+    double highest = -1e300;
+    for (const HeadPose& pose : poses) highest = std::max(highest, (tip - pose.tip).dot(pose.axis) - pose.free_height);
+    return highest;
+  }
+
+  // Points as the middle pose sees them: height, radius, distance, and what leads to them from the axis.
+  struct View {
+    Four height, x, y, z, radius, distance;
+    [[gnu::always_inline]] View(const HeadBundle& bundle, const Four& px, const Four& py, const Four& pz) {
+      x = px - bundle.tip_.x();
+      y = py - bundle.tip_.y();
+      z = pz - bundle.tip_.z();
+      height = x * bundle.axis_.x() + y * bundle.axis_.y() + z * bundle.axis_.z();
+      distance = (x * x + y * y + z * z).sqrt();
+      x -= height * bundle.axis_.x();
+      y -= height * bundle.axis_.y();
+      z -= height * bundle.axis_.z();
+      radius = (x * x + y * y + z * z).sqrt();
+    }
+    [[gnu::always_inline, nodiscard]] Four flank(const HeadBundle& bundle) const {
+      return (radius - bundle.tip_radius_ - bundle.slope_ * height) * bundle.cosine_;
+    }
+  };
+
+  // From the greatest height, the greatest distance from the tip and the least distance from the head.
+  [[gnu::always_inline, nodiscard]] Four spare_of(const Four& top, const Four& far, const Four& gap) const {
+    const Four below = -(top + rise_ + far * turn_);
+    return below.max(gap - apart_ - swing_ * far - static_cast<float>(clearance_));
+  }
+
+  const double& clearance_;  // may shrink while a search goes on
+  Vec3f tip_, axis_, level_, sine_axis_;
+  float tip_radius_, slope_, cosine_, widest_, length_;
+  float turn_, rise_, swing_, apart_;
+};
+
 bool Deposit::touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
                            double clearance, Index before, Contact* contact) const {
   const HeadView view{head, tip, axis, free_height};
-  return search(
-      before, clearance,
-      [&](const Node& node) { return view.excludes(node.centre(), node.reach(axis), node.radius, clearance); },
-      [&](const Vec3& point) { return view.distance(point, clearance); }, contact);
+  return visit(before, HeadBundle(head, clearance, HeadPose{tip, axis, free_height, before}), [&](const Sample& sample) {
+    const double distance = view.distance(sample.position(), clearance);
+    if (distance >= clearance) return false;
+    if (contact) *contact = {sample.point, sample.position(), clearance - distance};
+    return true;
+  });
 }
 
 double Deposit::head_gap(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height, double most,
                          Index before) const {
   const HeadView view{head, tip, axis, free_height};
   double gap = most;
-  visit(
-      before, [&](const Node& node) { return view.excludes(node.centre(), node.reach(axis), node.radius, gap); },
-      [&](const Sample& sample) {
-        gap = std::min(gap, view.distance(sample.position(), gap));
-        return false;
-      });
+  visit(before, HeadBundle(head, gap, HeadPose{tip, axis, free_height, before}), [&](const Sample& sample) {
+    gap = std::min(gap, view.distance(sample.position(), gap));
+    return false;
+  });
   return gap;
 }
 
 void Deposit::contacts_of_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
                                double clearance, Index before, std::vector<Index>& points) const {
   const HeadView view{head, tip, axis, free_height};
-  visit(
-      before,
-      [&](const Node& node) { return view.excludes(node.centre(), node.reach(axis), node.radius, clearance); },
-      [&](const Sample& sample) {
-        if (view.distance(sample.position(), clearance) < clearance) points.push_back(sample.point);
-        return false;
-      });
+  visit(before, HeadBundle(head, clearance, HeadPose{tip, axis, free_height, before}), [&](const Sample& sample) {
+    if (view.distance(sample.position(), clearance) < clearance) points.push_back(sample.point);
+    return false;
+  });
 }
-
-namespace {
-
-constexpr std::size_t kMostTogether = 32;
-constexpr double kTogether_mm = 4.0, kTogether_rad = 0.15;
-
-// Poses of the head that are near each other, and how far any of them is from one in their middle.
-struct HeadBundle {
-  Vec3 tip = Vec3::Zero(), axis = Vec3::UnitZ();
-  double shift = 0.0;   // between tips
-  double turn = 0.0;    // between axes, as a chord
-  double rise = -1e300;  // of the middle's tip above another's tip plane, less that one's free height
-  Index before = 0;
-
-  explicit HeadBundle(std::span<const Deposit::HeadPose> poses) {
-    tip = 0.5 * (poses.front().tip + poses.back().tip);
-    axis = (poses.front().axis + poses.back().axis).normalized();
-    for (const Deposit::HeadPose& pose : poses) {
-      shift = std::max(shift, (pose.tip - tip).norm());
-      turn = std::max(turn, (pose.axis - axis).norm());
-      rise = std::max(rise, (tip - pose.tip).dot(pose.axis) - pose.free_height);
-      before = std::max(before, pose.before);
-    }
-  }
-
-  // Nothing within `extent` of `centre`, nor higher than `reach` above it along the axis, touches any of the poses.
-  [[nodiscard]] bool clear_of(const Vec3& centre, double extent, double reach, const HeadShape& head,
-                              double clearance) const {
-    const Vec3 offset = centre - tip;
-    const double height = offset.dot(axis), top = height + reach + rise;
-    if (top + (offset.lpNorm<1>() + extent) * turn <= 0.0) return true;
-    const double squared = offset.squaredNorm(), far = std::sqrt(squared) + extent;
-    if (top + far * turn <= 0.0) return true;
-    const double radius = std::sqrt(std::max(0.0, squared - height * height));
-    // 1.05: an angle over its chord; distances change no more than a point is moved.
-    return head.distance_bound(height, radius) - extent - shift - 1.05 * turn * (far + shift) >= clearance;
-  }
-};
-
-}  // namespace
 
 void Deposit::touches_head(const HeadShape& head, std::span<const HeadPose> poses, double clearance,
                            std::span<char> touches) const {
@@ -300,26 +390,17 @@ void Deposit::touches_head(const HeadShape& head, std::span<const HeadPose> pose
       if ((poses[end].tip - first.tip).squaredNorm() > kTogether_mm * kTogether_mm) break;
       if ((poses[end].axis - first.axis).squaredNorm() > kTogether_rad * kTogether_rad) break;
     }
-    const HeadBundle bundle(poses.subspan(begin, end - begin));
+    const HeadBundle bundle(head, clearance, poses.subspan(begin, end - begin));
     near.clear();
-    visit(
-        bundle.before,
-        [&](const Node& node) {
-          return bundle.clear_of(node.centre(), node.radius, node.reach(bundle.axis), head, clearance);
-        },
-        [&](const Sample& sample) {
-          if (!bundle.clear_of(sample.position(), 0.0, 0.0, head, clearance)) near.push_back(sample);
-          return false;
-        });
+    visit(bundle.before, bundle, [&](const Sample& sample) {
+      near.push_back(sample);
+      return false;
+    });
     for (std::size_t i = begin; i < end; ++i) {
       touches[i] = 0;
+      const HeadView view{head, poses[i].tip, poses[i].axis, poses[i].free_height};
       for (const Sample& sample : near) {
-        if (sample.point >= poses[i].before) continue;
-        const Vec3 offset = sample.position() - poses[i].tip;
-        const double height = offset.dot(poses[i].axis);
-        if (height <= poses[i].free_height) continue;
-        const double radius = std::sqrt(std::max(0.0, offset.squaredNorm() - height * height));
-        if (head.distance_bound(height, radius) >= clearance || head.distance(height, radius) >= clearance) continue;
+        if (sample.point >= poses[i].before || view.distance(sample.position(), clearance) >= clearance) continue;
         touches[i] = 1;
         break;
       }
@@ -327,12 +408,36 @@ void Deposit::touches_head(const HeadShape& head, std::span<const HeadPose> pose
   }
 }
 
+class Deposit::Capsule {
+ public:
+  Capsule(const Vec3& from, const Vec3& to, double far)
+      : a_(from.cast<float>()),
+        along_((to - from).cast<float>()),
+        inverse_(1.0f / std::max(1e-9f, along_.squaredNorm())),
+        reach_(static_cast<float>(far) + kMargin_mm) {}
+
+  [[nodiscard]] Four spare(const Quad& boxes) const { return spare(boxes.x, boxes.y, boxes.z) - boxes.radius; }
+  [[nodiscard]] Four spare(const Four& px, const Four& py, const Four& pz) const {
+    const Four x = px - a_.x(), y = py - a_.y(), z = pz - a_.z();
+    const Four t = ((x * along_.x() + y * along_.y() + z * along_.z()) * inverse_).max(0.0f).min(1.0f);
+    return ((x - t * along_.x()).square() + (y - t * along_.y()).square() + (z - t * along_.z()).square()).sqrt() - reach_;
+  }
+
+ private:
+  static constexpr float kMargin_mm = 2e-3f;
+  Eigen::Vector3f a_, along_;
+  float inverse_, reach_;  // of the squared length; radius and clearance
+};
+
 bool Deposit::touches_capsule(const Vec3& a, const Vec3& b, double radius, double clearance, Index before,
                               Contact* contact) const {
   if (std::min(a.z(), b.z()) - radius - clearance > top_before(before)) return false;
-  const auto gap = [&](const Vec3& point) { return distance_to_segment(point, a, b) - radius; };
-  const auto excluded = [&](const Node& node) { return gap(node.centre()) - node.radius >= clearance; };
-  return search(before, clearance, excluded, gap, contact);
+  return visit(before, Capsule(a, b, radius + clearance), [&](const Sample& sample) {
+    const double distance = distance_to_segment(sample.position(), a, b) - radius;
+    if (distance >= clearance) return false;
+    if (contact) *contact = {sample.point, sample.position(), clearance - distance};
+    return true;
+  });
 }
 
 double Deposit::top_before(Index before) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -59,7 +60,7 @@ class Deposit {
                         Index before, std::vector<Index>& points) const;
   // Highest z laid before a point; 0 when nothing is.
   [[nodiscard]] double top_before(Index before) const;
-  [[nodiscard]] std::size_t size() const { return samples_.size(); }
+  [[nodiscard]] std::size_t size() const { return samples_; }
 
  private:
   struct Sample {
@@ -67,33 +68,40 @@ class Deposit {
     Index point;
     [[nodiscard]] Vec3 position() const { return {x, y, z}; }
   };
-  // A box, and the sphere around it.
-  struct Node {
-    float x = 0.0f, y = 0.0f, z = 0.0f;
-    float half_x = 0.0f, half_y = 0.0f, half_z = 0.0f, radius = 0.0f;
-    Index earliest = std::numeric_limits<Index>::max();
-    [[nodiscard]] Vec3 centre() const { return {x, y, z}; }
-    // How far the box reaches from its centre along a unit vector.
-    [[nodiscard]] double reach(const Vec3& axis) const {
-      return std::abs(axis.x()) * half_x + std::abs(axis.y()) * half_y + std::abs(axis.z()) * half_z;
-    }
+  using Four = Eigen::Array4f;
+  static constexpr Index kNever = std::numeric_limits<Index>::max();
+  // Four boxes, the spheres around them, and the earliest points in them.
+  struct Quad {
+    Four x = Four::Zero(), y = Four::Zero(), z = Four::Zero();
+    Four half_x = Four::Zero(), half_y = Four::Zero(), half_z = Four::Zero(), radius = Four::Zero();
+    std::array<Index, 4> earliest = {kNever, kNever, kNever, kNever};
   };
-  static constexpr std::size_t kLeafSize = 16;
+  // Samples next to each other; what is left over has the point kNever.
+  struct Leaf {
+    static constexpr std::size_t kGroups = 4, kSize = 4 * kGroups;
+    std::array<Four, kGroups> x, y, z;
+    std::array<Index, kSize> point;
+    Leaf();
+    [[nodiscard]] Sample at(std::size_t i) const { return {x[i / 4][i % 4], y[i / 4][i % 4], z[i / 4][i % 4], point[i]}; }
+  };
+  // What bodies ask of boxes and samples; in the source file.
+  class HeadBundle;
+  class Capsule;
 
   void build();
+  void build_quads();
   void find_earliest();
   void find_tops();
-  // visit(sample) for each sample that is laid and in no excluded node; it returns true to end the search.
-  template <class Excluded, class Visit>
-  bool visit(Index before, const Excluded& excluded, const Visit& visit) const;
-  // excluded(node): nothing inside the node can count; gap(point): by how much a sample misses the
-  // body, or kNoGap when it does not count.
-  template <class Excluded, class Gap>
-  bool search(Index before, double clearance, const Excluded& excluded, const Gap& gap, Contact* contact) const;
+  // The children of quad q are the quads 4 q + 1 ...; those behind the last quad are the leaves.
+  [[nodiscard]] std::size_t leaf_of(std::size_t node) const { return node - quads_.size(); }
+  // visit(sample) for each sample that is laid and that `body` does not exclude; it returns true to end the search.
+  template <class Body, class Visit>
+  bool visit(Index before, const Body& body, const Visit& visit) const;
 
-  std::vector<Sample> samples_;  // in Morton order
-  std::vector<Node> nodes_;      // complete binary tree, root at 1; leaves hold kLeafSize samples each
-  std::size_t leaves_ = 0;       // a power of two
+  std::vector<Sample> loose_;  // until they are built into the hierarchy
+  std::size_t samples_ = 0;
+  std::vector<Quad> quads_;    // a complete tree of four children each over the leaves
+  std::vector<Leaf> leaves_;   // in Morton order
   double spacing_mm_ = 1.0;
   std::vector<double> own_top_;  // per path: highest z
   std::vector<double> top_;      // per path: of this and all earlier paths

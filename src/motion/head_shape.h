@@ -20,6 +20,11 @@ class HeadShape {
     const double flank = (radius - tip_radius_ - hull_slope_ * height) * hull_cosine_;
     return std::max({flank, -height, radius - widest_, height - length_});
   }
+  // What the bound is made of, in single precision.
+  [[nodiscard]] float tip_radius() const { return static_cast<float>(tip_radius_); }
+  [[nodiscard]] float hull_slope() const { return static_cast<float>(hull_slope_); }
+  [[nodiscard]] float hull_cosine() const { return static_cast<float>(hull_cosine_); }
+  [[nodiscard]] float widest() const { return static_cast<float>(widest_); }
   // Of a point from the head whose tip and unit axis are given.
   [[nodiscard]] double distance(const Vec3& point, const Vec3& tip, const Vec3& axis) const;
   // Lowest z of the part of the head above `from_height`, for a tip and unit axis.
