@@ -22,6 +22,12 @@ constexpr double kLongestOpenTurn = 2.0;  // ... or spacings
 constexpr double kInset = 0.25;        // widths from the inner edge of the innermost ring to the ends of lines, which hold on to it
 constexpr double kShortestLine = 0.75; // widths
 constexpr double kDepthSlack = 0.02;   // mm
+constexpr double kSmall = 16.0;        // squared widths: pieces whose distances are taken more finely
+constexpr double kWidestRing = 1.15;   // widths
+constexpr double kEnoughRoom = 0.97;   // of a piece, that its beads must be able to fill
+constexpr double kStepReach = 0.75;    // widths: beads that near to a step share the area with it
+constexpr double kDotGap = 0.25;       // widths of a dot, from its ends to the border ...
+constexpr double kLeastDotGap = 0.02;  // ... lengths, where it would have to be wider than it may be
 
 // The vertex farthest from the border and the triangles around it; of a piece that is all border, the middle of the largest triangle.
 std::pair<Vec3, std::vector<Index>> deepest_place(const BorderDistance& distance) {
@@ -43,8 +49,8 @@ std::pair<Vec3, std::vector<Index>> deepest_place(const BorderDistance& distance
   return {(mesh.vertices[a] + mesh.vertices[b] + mesh.vertices[c]) / 3.0, {largest}};
 }
 
-// A piece too small for anything else: one short line through its deepest place, along the way that is longest, as wide
-// as makes its area that of the piece.
+// A piece too small for anything else: one short line through its deepest place, along the way that is longest, as near to the
+// border as the bead must come to hold the whole piece.
 Track lay_dot(const BorderDistance& distance, const BeadWidths& beads) {
   const PieceMesh& mesh = distance.mesh();
   const auto [centre, around] = deepest_place(distance);
@@ -54,32 +60,28 @@ Track lay_dot(const BorderDistance& distance, const BeadWidths& beads) {
   }
   const Vec3 heading = mesh.vertices[farthest] - centre;
   Track track{.kind = PathKind::centre_line, .points = {}};
-  // Half the dot to either side; the triangle around `centre` that the heading enters is found by trying.
-  const double wanted = std::max(std::sqrt(mesh.area), mesh.area / beads.max);
-  const auto walk_to = [&](const Vec3& direction) {
+  // The triangle around `centre` that the heading enters is found by trying.
+  const auto walk = [&](const Vec3& direction, double length) {
     Walk best;
     for (const Index t : around) {
-      Walk walk = walk_straight(distance, {t, centre}, direction, 0.5 * wanted);
-      if (walk.length > best.length) best = std::move(walk);
+      Walk here = walk_straight(distance, {t, centre}, direction, length);
+      if (here.length > best.length) best = std::move(here);
     }
     return best;
   };
-  const Walk back = walk_to(-heading), forth = walk_to(heading);
-  const double length = back.length + forth.length;
-  if (length < 1e-4) return track;
-  const double width = std::clamp(mesh.area / length, beads.min, beads.max);
+  const double far = 2.0 * heading.norm(), to_back = walk(-heading, far).length, to_front = walk(heading, far).length;
+  const double whole = to_back + to_front;
+  if (whole < 1e-4) return track;
+  const double width = mesh.area / whole;
+  const double gap = std::clamp(0.5 * whole * (1.0 - width / beads.max), kLeastDotGap * whole, kDotGap * std::min(width, whole));
+  const Walk back = walk(-heading, std::max(0.0, to_back - gap)), forth = walk(heading, std::max(0.0, to_front - gap));
   for (std::size_t i = back.points.size(); i-- > 0;) {
     TrackPoint p = back.points[i];
     p.triangle = i + 1 < back.points.size() ? back.points[i + 1].triangle : kNone;
-    p.width = width;
     track.points.push_back(p);
   }
-  TrackPoint middle{centre, normal_at(mesh, around.front(), centre), width, back.points.empty() ? kNone : back.points[0].triangle};
-  track.points.push_back(middle);
-  for (TrackPoint p : forth.points) {
-    p.width = width;
-    track.points.push_back(p);
-  }
+  track.points.push_back({.position = centre, .normal = normal_at(mesh, around.front(), centre), .triangle = back.points.empty() ? kNone : back.points[0].triangle});
+  track.points.insert(track.points.end(), forth.points.begin(), forth.points.end());
   return track;
 }
 
@@ -88,18 +90,28 @@ void join_tracks(const PieceMesh& mesh, bool join, double reach, std::vector<Tra
   for (Track& track : tracks) thin_track(mesh, irregular, track);
 }
 
+// A small piece is all corners and ends: its distances must be true between them.
+BorderDistance border_distance(PieceMesh mesh, double width) {
+  const bool small = mesh.area < kSmall * width * width;
+  return {std::move(mesh), {.tolerance_mm = (small ? 0.03 : 0.08) * width, .min_edge_mm = (small ? 0.3 : 0.75) * width}};
+}
+
 class PieceFiller {
  public:
   PieceFiller(PieceMesh mesh, const Sheet& sheet, const ToolpathOptions& options, bool sparse)
       : sheet_(sheet), options_(options), fill_(options.material[static_cast<int>(sheet.material)]), sparse_(sparse),
         beads_{options.bead_width_mm, options.min_bead_mm, options.max_bead_mm},
-        distance_(std::move(mesh), {.tolerance_mm = 0.08 * beads_.width, .min_edge_mm = 0.75 * beads_.width}),
+        distance_(border_distance(std::move(mesh), beads_.width)),
         ridge_(distance_, beads_) {}
 
   FilledPiece run() {
-    std::vector<Track> contours = trace_contours(), lines;
+    std::vector<Track> contours = trace_contours(ridge_), lines;
     if (zigzag()) lines = trace_inside();
+    if (lines.empty() && !can_hold(contours)) contours = trace_roomier(std::move(contours));
+    count(contours);
+    filled_.lines = static_cast<Index>(lines.size());
     filled_.naive_paths = filled_.rings + filled_.centre_lines + filled_.lines;
+    if (options_.link_rings) link_tracks(distance_, beads_.width, contours);
     lay(std::move(contours), std::move(lines));
     if (filled_.paths.empty()) {
       ++filled_.dots;
@@ -115,29 +127,51 @@ class PieceFiller {
   // Up to here a medial line inside the rings has a centre line; where it is deeper, lines run.
   [[nodiscard]] double narrow_depth() const { return rings_depth() + 0.5 * beads_.max; }
 
-  std::vector<Track> trace_contours() {
-    std::vector<Track> tracks = trace_rings(distance_, ridge_, beads_.width, zigzag() ? fill_.perimeters : std::numeric_limits<int>::max() / 2);
-    filled_.rings = static_cast<Index>(tracks.size());
-    for (Track& line : ridge_.centre_lines()) {
+  std::vector<Track> trace_contours(const Ridge& ridge) const {
+    std::vector<Track> tracks = trace_rings(distance_, ridge, beads_.width, zigzag() ? fill_.perimeters : std::numeric_limits<int>::max() / 2);
+    for (Track& line : ridge.centre_lines()) {
       const TrackPoint& middle = line.points[line.points.size() / 2];
       if (zigzag() && distance_at(distance_, middle.triangle, middle.position) > narrow_depth() + kDepthSlack) continue;
-      ++filled_.centre_lines;
       tracks.push_back(std::move(line));
     }
-    if (options_.link_rings) link_tracks(distance_, beads_.width, tracks);
     return tracks;
   }
 
-  std::vector<Track> trace_inside() {
+  void count(const std::vector<Track>& contours) {
+    for (const Track& track : contours) ++(track.kind == PathKind::contour ? filled_.rings : filled_.centre_lines);
+  }
+
+  // The area that beads on these tracks can fill, as a part of the piece; at most 1. Rings run beside each other and on
+  // themselves: their beads cannot be much wider than usual.
+  [[nodiscard]] double room_on(const std::vector<Track>& tracks) const {
+    double room = 0.0;
+    for (const Track& track : tracks) {
+      room += length_of(track) * (track.kind == PathKind::contour ? std::min(kWidestRing * beads_.width, beads_.max) : beads_.max);
+    }
+    return std::min(1.0, room / distance_.mesh().area);
+  }
+  [[nodiscard]] bool can_hold(const std::vector<Track>& tracks) const { return room_on(tracks) >= kEnoughRoom; }
+
+  // Where the usual tracks are too short for a small piece: a ring in place of a centre line, or one line right across,
+  // whichever has more room.
+  std::vector<Track> trace_roomier(std::vector<Track> usual) {
+    const Ridge narrow(distance_, {beads_.width, beads_.min, beads_.width});
+    std::vector<Track> rings = trace_contours(narrow), dot = {lay_dot(distance_, beads_)};
+    std::vector<Track>& best = room_on(rings) >= room_on(dot) ? rings : dot;
+    if (room_on(best) <= room_on(usual)) return usual;
+    filled_.dots += &best == &dot;
+    return std::move(best);
+  }
+
+  std::vector<Track> trace_inside() const {
     const double w = beads_.width;
     const int turn = std::abs(sheet_.layer * sheet_.passes + sheet_.pass) % 2;  // of the passes that lie over each other
-    std::vector<Track> lines = trace_lines(distance_, ridge_, w,
+    std::vector<Track> lines = trace_lines(distance_, ridge_,
                                            {.spacing = spacing(),
                                             .inset = rings_depth() + kInset * w,
                                             .narrowest = narrow_depth(),
                                             .shortest = kShortestLine * w,
                                             .angle = (fill_.line_angle_deg / 180.0 + 0.5 * turn) * std::numbers::pi});
-    filled_.lines = static_cast<Index>(lines.size());
     return lines;
   }
   [[nodiscard]] double spacing() const { return sparse_ ? std::max(beads_.width, *fill_.line_spacing_mm) : beads_.width; }
@@ -146,10 +180,14 @@ class PieceFiller {
     const PieceMesh& mesh = distance_.mesh();
     std::vector<char> irregular = irregular_triangles(mesh, ridge_, beads_);
     if (!lines.empty() && !sparse_) mark_inside(irregular);
+    for (const Track& track : contours) mark_around_steps(track, irregular);
     join_tracks(mesh, options_.link_rings, kLongestStep * beads_.width, contours, irregular);
     join_tracks(mesh, options_.link_rings, std::max(kLongestTurn * beads_.width, kLongestOpenTurn * spacing()), lines, irregular);
     std::vector<Track> tracks = std::move(contours);
     for (Track& line : lines) tracks.push_back(std::move(line));
+    for (Track& track : tracks) {
+      for (TrackPoint& p : track.points) p.width = beads_.width;
+    }
     share_area(mesh, irregular, beads_, tracks);
     for (Track& track : tracks) {
       // What lies between sparse lines stays open.
@@ -158,6 +196,26 @@ class PieceFiller {
       }
       BeadPath path = lay_beads(track);
       if (!path.points.empty()) filled_.paths.push_back(std::move(path));
+    }
+  }
+
+  // Around steps from ring to ring the beads share the area with them.
+  void mark_around_steps(const Track& track, std::vector<char>& irregular) const {
+    const PieceMesh& mesh = distance_.mesh();
+    const double reach = kStepReach * beads_.width;
+    std::vector<Index> found;
+    for (const TrackPoint& p : track.points) {
+      if (!p.step) continue;
+      found.assign(1, p.triangle);
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        irregular[found[i]] = 1;
+        for (const Index across : mesh.neighbours[found[i]]) {
+          if (across == kNone || std::find(found.begin(), found.end(), across) != found.end()) continue;
+          const auto& [a, b, c] = mesh.triangles[across];
+          const Vec3 nearest = closest_point_on_triangle(p.position, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
+          if ((nearest - p.position).squaredNorm() < reach * reach) found.push_back(across);
+        }
+      }
     }
   }
 

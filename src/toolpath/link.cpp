@@ -1,13 +1,20 @@
 #include "toolpath/link.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
 #include "curvesup/mesh/triangle_mesh.h"
+#include "toolpath/step.h"
 
 namespace curvesup::toolpath {
 namespace {
+
+constexpr int kOpeningRounds = 4;
+constexpr double kLongestStep = 1.5;  // widths, from a ring to the next one
+constexpr double kLongestWay = 1.3;   // of that, over the surface
+constexpr std::array kMostUneven = {0.1, 0.3};  // of the length left out to that of the steps; places of the first kind come first
 
 // Rings as cyclic lists over one pool of points; rings of odd level run the other way, so that joined ones agree.
 class Linker {
@@ -90,21 +97,81 @@ class Linker {
     return id;
   }
 
-  // The place `length` further along the list; new node. kNone when a step or the start comes first.
-  Index forward(Index node, double length) {
+  // The place `length` further along the list, on the way to the node `next`; kNone when a step or the start comes first.
+  struct Ahead {
+    Index next = kNone;
+    double part = 0.0;  // of the segment to `next`
+  };
+  [[nodiscard]] Ahead ahead(Index node, double length) const {
     const Index start = node;
     while (true) {
       const Index next = nodes_[node].next;
-      if (next == start || nodes_[next].ring == kNone || nodes_[node].ring == kNone) return kNone;
+      if (next == start || nodes_[next].ring == kNone || nodes_[node].ring == kNone) return {};
       const double step = (at(next) - at(node)).norm();
-      if (step >= length) {
-        const double part = step > 0.0 ? length / step : 0.0;
-        if (part > 0.999) return next;
-        return insert_before(next, at(node) + part * (at(next) - at(node)));
-      }
+      if (step >= length) return {next, step > 0.0 ? length / step : 0.0};
       length -= step;
       node = next;
     }
+  }
+  [[nodiscard]] Vec3 position(const Ahead& place) const {
+    const Vec3& from = at(nodes_[place.next].previous);
+    return from + place.part * (at(place.next) - from);
+  }
+  // The same as a node, new if there is none.
+  Index forward(Index node, double length) {
+    const Ahead place = ahead(node, length);
+    return place.next == kNone || place.part > 0.999 ? place.next : insert_before(place.next, position(place));
+  }
+
+  // The place on a ring nearest to `from`, found downhill from the segment that ends at `node`.
+  struct Foot {
+    Index node = kNone;  // where its segment ends
+    Vec3 position = Vec3::Zero();
+    double distance = 1e300;
+  };
+  [[nodiscard]] Foot foot_near(Index node, const Vec3& from) const {
+    Foot best;
+    const auto look_at = [&](Index n) {
+      const Vec3 place = closest_point_on_segment(from, at(nodes_[n].previous), at(n));
+      const double distance = (place - from).norm();
+      if (distance < best.distance) best = {n, place, distance};
+    };
+    const auto is_step = [&](Index n) { return nodes_[n].ring == kNone || nodes_[nodes_[n].previous].ring == kNone; };
+    const double reach = 2.0 * width_;
+    double way = 0.0;
+    for (Index n = node; way < reach && !is_step(n); n = nodes_[n].next) {
+      look_at(n);
+      way += (at(nodes_[n].next) - at(n)).norm();
+    }
+    way = 0.0;
+    for (Index n = nodes_[node].previous; way < reach && !is_step(n); n = nodes_[n].previous) {
+      look_at(n);
+      way += (at(n) - at(nodes_[n].previous)).norm();
+    }
+    return best;
+  }
+
+  // Where a step leads back from the outer ring that one from `q1` leads to: what is left out of both rings is as long as
+  // the two steps are.
+  struct Opening {
+    double length = 0.0;  // on the inner ring
+    Foot foot;
+    double error = 1e300;  // relative
+  };
+  [[nodiscard]] Opening opening(Index q1, const Foot& foot1) const {
+    Opening best;
+    double length = width_;
+    for (int i = 0; i < kOpeningRounds; ++i) {
+      const Ahead q2 = ahead(q1, length);
+      if (q2.next == kNone) break;
+      const Foot foot = foot_near(foot1.node, position(q2));
+      if (foot.node == kNone) break;
+      const double left_out = length + (foot.position - foot1.position).norm(), steps = foot1.distance + foot.distance;
+      const double error = std::abs(left_out / steps - 1.0);
+      if (error < best.error) best = {length, foot, error};
+      length = std::clamp(length * steps / left_out, 0.3 * width_, 1.5 * width_);
+    }
+    return best;
   }
 
   Walk descend(Index node, int to_level) const {
@@ -123,6 +190,14 @@ class Linker {
                          (to_level + 0.5) * width_);
   }
 
+  // The straight way from a node to a place on a ring outside of its own.
+  [[nodiscard]] std::vector<TrackPoint> way_down(Index node, const Foot& foot) const {
+    TrackPoint to = nodes_[foot.node].point;
+    to.position = foot.position;
+    to.normal = normal_at(distance_.mesh(), to.triangle, foot.position);
+    return walk_to(distance_.mesh(), nodes_[node].point, to, kLongestWay * foot.distance);
+  }
+
   // Length along the list from one node to another; negative when it is longer than `limit` or a step lies between.
   double arc(Index from, Index to, double limit) const {
     double sum = 0.0;
@@ -135,48 +210,53 @@ class Linker {
     return sum;
   }
 
-  void join_outwards(Index ring) {
-    const int level = tracks_[ring].level;
-    Index open = 0;  // rings outside that are not joined yet
+  // Rings one level farther out that are not joined yet.
+  Index open_outside(Index ring) {
+    Index open = 0;
     for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
-      if (head_[t] != kNone && tracks_[t].level == level - 1 && root(t) != root(ring)) ++open;
+      open += head_[t] != kNone && tracks_[t].level == tracks_[ring].level - 1 && root(t) != root(ring);
     }
-    Index node = head_[ring];
-    double since = width_;
-    for (Index left = static_cast<Index>(tracks_[ring].points.size()); left > 0 && open > 0; --left) {
-      const Index next = nodes_[node].next;
-      if (nodes_[node].live && nodes_[node].ring == ring && since >= width_) {
-        since = 0.0;
-        if (bridge(ring, node)) {
-          open = 0;
-          for (Index t = 0; t < static_cast<Index>(tracks_.size()); ++t) {
-            if (head_[t] != kNone && tracks_[t].level == level - 1 && root(t) != root(ring)) ++open;
-          }
+    return open;
+  }
+
+  void join_outwards(Index ring) {
+    Index open = open_outside(ring);
+    for (const double most_uneven : kMostUneven) {
+      Index node = head_[ring];
+      double since = width_;
+      for (Index left = static_cast<Index>(tracks_[ring].points.size()); left > 0 && open > 0; --left) {
+        const Index next = nodes_[node].next;
+        if (nodes_[node].live && nodes_[node].ring == ring && since >= width_) {
+          since = 0.0;
+          if (bridge(ring, node, most_uneven)) open = open_outside(ring);
         }
+        since += (at(next) - at(node)).norm();
+        node = next;
       }
-      since += (at(next) - at(node)).norm();
-      node = next;
     }
   }
 
-  bool bridge(Index ring, Index q1) {
+  bool bridge(Index ring, Index q1, double most_uneven) {
     const int outer = tracks_[ring].level - 1;
-    const Walk down1 = descend(q1, outer);
-    if (!down1.stopped) return false;
-    Index seg1 = segment_at(down1.end, outer);
-    if (seg1 == kNone || root(nodes_[seg1].ring) == root(ring)) return false;
-    const Index q2 = forward(q1, width_);
+    const Walk down = descend(q1, outer);
+    if (!down.stopped) return false;
+    const Index below = segment_at(down.end, outer);
+    if (below == kNone || root(nodes_[below].ring) == root(ring)) return false;
+    const Foot foot1 = foot_near(below, at(q1));
+    if (foot1.node == kNone || foot1.distance > kLongestStep * width_) return false;
+    const Opening gap = opening(q1, foot1);
+    if (!(gap.error <= most_uneven) || gap.foot.distance > kLongestStep * width_) return false;
+    const Index q2 = forward(q1, gap.length);
     if (q2 == kNone) return false;
-    const Walk down2 = descend(q2, outer);
-    if (!down2.stopped) return false;
-    const Index seg2 = segment_at(down2.end, outer);
-    if (seg2 == kNone || nodes_[seg2].ring != nodes_[seg1].ring) return false;
+    const std::vector<TrackPoint> down1 = way_down(q1, foot1), down2 = way_down(q2, gap.foot);
+    if (down1.empty() || down2.empty()) return false;
+    const Index seg1 = foot1.node, seg2 = gap.foot.node;
     // The outer ring runs the other way: it meets the end of the second step first.
-    const Index a2 = insert_before(seg2, down2.end.position);
-    if (seg1 == seg2 && (at(a2) - at(nodes_[a2].previous)).norm() > (down1.end.position - at(nodes_[a2].previous)).norm()) {
+    const Index a2 = insert_before(seg2, gap.foot.position);
+    if (seg1 == seg2 && (at(a2) - at(nodes_[a2].previous)).norm() > (foot1.position - at(nodes_[a2].previous)).norm()) {
       return false;
     }
-    const Index a1 = insert_before(seg1, down1.end.position);
+    const Index a1 = insert_before(seg1, foot1.position);
     const double opened = arc(a2, a1, 2.0 * width_);
     if (opened < 0.3 * width_) return false;
 
@@ -187,12 +267,12 @@ class Linker {
     const auto append = [&](const TrackPoint& point) {
       const Index id = static_cast<Index>(nodes_.size());
       nodes_.push_back({point, kNone, tail, kNone, true});
-      nodes_.back().point.width = width_;
+      nodes_.back().point.step = true;
       nodes_[tail].next = id;
       tail = id;
     };
     // a2 -> q2 against the second walk; its segments' triangles move to their other ends.
-    const auto& up = down2.points;
+    const auto& up = down2;
     for (std::size_t i = up.size() - 1; i-- > 0;) {
       TrackPoint point = up[i];
       point.triangle = up[i + 1].triangle;
@@ -201,11 +281,13 @@ class Linker {
     nodes_[tail].next = q2;
     nodes_[q2].previous = tail;
     nodes_[q2].point.triangle = up.front().triangle;
+    nodes_[q2].point.step = true;
     tail = q1;
-    for (std::size_t i = 0; i + 1 < down1.points.size(); ++i) append(down1.points[i]);
+    for (std::size_t i = 0; i + 1 < down1.size(); ++i) append(down1[i]);
     nodes_[tail].next = a1;
     nodes_[a1].previous = tail;
-    nodes_[a1].point.triangle = down1.points.back().triangle;
+    nodes_[a1].point.triangle = down1.back().triangle;
+    nodes_[a1].point.step = true;
     parent_[root(ring)] = root(outer_ring);
     return true;
   }
@@ -263,11 +345,12 @@ class Linker {
         for (std::size_t i = down.size() - 1; i-- > 0;) {
           track.points.push_back(down[i]);
           track.points.back().triangle = down[i + 1].triangle;
-          track.points.back().width = width_;
+          track.points.back().step = true;
         }
         const auto& line = tracks_[tail_of[t]].points;
         track.points.push_back(line.front());
         track.points.back().triangle = down.front().triangle;
+        track.points.back().step = true;
         track.points.insert(track.points.end(), line.begin() + 1, line.end());
       }
       result.push_back(std::move(track));

@@ -3,14 +3,44 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
+
+#include "toolpath/step.h"
 
 namespace curvesup::toolpath {
 namespace {
 
 constexpr double kMeetingCosine = -0.5;  // fronts that meet under more than 120 degrees
 constexpr double kHandedDown = 3.0;      // widths
+constexpr double kGap = 0.25;            // widths of the strip, from the end of a line to the border ...
+constexpr double kLeastGap = 0.05;       // ... where else the line would have to be wider than it may be
+constexpr double kSpikeCosine = -0.5;    // of the turn at a node that is off the line
+constexpr double kLongestWay = 1.3;      // of the straight distance, past such a node
+constexpr double kAlmost = 0.95;         // of the widest bead
+constexpr double kStretch = 1.5;         // widths at the end of a line that share what lies around the end
+
+// Leaves out single points from which a line turns back: on an edge that runs along the medial line, they may lie anywhere.
+std::vector<TrackPoint> cut_spikes(const PieceMesh& mesh, const std::vector<TrackPoint>& points) {
+  std::vector<TrackPoint> kept{points[0]};
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    TrackPoint from = kept.back();
+    if (from.triangle == kNone) from.triangle = points[i].triangle;
+    if (i + 1 < points.size()) {
+      const Vec3 to = points[i].position - from.position, on = points[i + 1].position - points[i].position;
+      const double straight = (points[i + 1].position - from.position).norm();
+      if (to.dot(on) < kSpikeCosine * to.norm() * on.norm()) {
+        const std::vector<TrackPoint> way = walk_to(mesh, from, points[i + 1], kLongestWay * straight);
+        kept.insert(kept.end(), way.begin(), way.end());
+        if (!way.empty()) {
+          ++i;
+          continue;
+        }
+      }
+    }
+    kept.push_back(points[i]);
+  }
+  return kept;
+}
 
 }  // namespace
 
@@ -141,6 +171,7 @@ void Ridge::chain_up() {
     }
     degree[v] = static_cast<std::uint8_t>(kept);
   };
+  free_end_.assign(nodes_.size(), 0);
   std::vector<char> used(segments_.size(), 0);
   std::vector<Index> arm, shortest;
   for (Index v = 0; v < static_cast<Index>(nodes_.size()); ++v) {
@@ -200,6 +231,7 @@ void Ridge::chain_up() {
     const bool cut = cut_end_[chain.front()] || cut_end_[chain.back()];
     if (length < 0.75 * beads_.width && (spur || cut) && distance > beads_.width) return;
     if (spur && length < distance) return;
+    for (const Index v : {chain.front(), chain.back()}) free_end_[v] = degree[v] == 1 && !cut_end_[v];
     for (const Index v : chain) nodes_[v].filled = true;
     chains_.push_back(std::move(chain));
     chain_under_.push_back(std::move(under));
@@ -267,37 +299,43 @@ bool Ridge::replaces_ring(int level, Index from, Index to, const Vec3& position)
 
 std::vector<Track> Ridge::centre_lines() const {
   std::vector<Track> tracks;
-  const double draw_out = std::numbers::pi / 8.0;  // a half disc of diameter R has the area of R x R pi/8
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     Track track{.kind = PathKind::centre_line, .points = {}};
     for (std::size_t i = 0; i < chains_[c].size(); ++i) {
       const Node& node = nodes_[chains_[c][i]];
-      const double left = 2.0 * (node.distance - std::floor(node.distance / beads_.width) * beads_.width);
-      const double width = std::clamp(left, beads_.min, beads_.max);
-      track.points.push_back({node.position, node.normal, width, chain_under_[c][i]});
+      track.points.push_back({.position = node.position, .normal = node.normal, .triangle = chain_under_[c][i]});
     }
+    track.points = cut_spikes(distance_.mesh(), track.points);
     track.closed = chains_[c].size() > 3 && chains_[c].front() == chains_[c].back();
     if (!track.closed) {
-      for (int side = 0; side < 2; ++side) {
-        auto& points = track.points;
-        std::reverse(points.begin(), points.end());
-        // Reversal moves each segment's triangle and width to its other end.
-        for (std::size_t i = points.size() - 1; i > 0; --i) points[i].triangle = points[i - 1].triangle;
-        points[0].triangle = kNone;
-        const Index end = side == 0 ? chains_[c].front() : chains_[c].back();
-        if (cut_end_[end] || points.size() < 2) continue;
-        const TrackPoint last = points.back();
-        Vec3 heading = last.position - points[points.size() - 2].position;
-        const Walk walk = walk_straight(distance_, {last.triangle, last.position}, heading, draw_out * last.width);
-        for (TrackPoint p : walk.points) {
-          p.width = last.width;
-          points.push_back(p);
-        }
+      for (const Index end : {chains_[c].front(), chains_[c].back()}) {
+        turn_round(track);
+        if (free_end_[end] && track.points.size() > 1) draw_out(track, end);
       }
     }
     tracks.push_back(std::move(track));
   }
   return tracks;
+}
+
+// Lets a track go on from its last point, the node `end`.
+void Ridge::draw_out(Track& track, Index end) const {
+  const double distance = nodes_[end].distance, border = std::floor(distance / beads_.width) * beads_.width;
+  const double width = 2.0 * (distance - border);  // of the strip
+  if (width <= 0.0) return;
+  const double reach = std::min(kStretch * beads_.width, 0.5 * (length_of(track) + width));
+  const double roomy = std::clamp(reach * (1.0 - width / (kAlmost * beads_.max)), kLeastGap * width, kGap * width);
+  const double gap = std::max(roomy, 0.5 * beads_.min);  // into a tip as far as a bead is as wide
+  if (distance <= border + gap) return;
+  const TrackPoint last = track.points.back();
+  std::size_t before = track.points.size() - 2;
+  while (before > 0 && (last.position - track.points[before].position).norm() < 0.5 * width) --before;
+  const auto walk = [&](double length) {
+    return walk_straight(distance_, {last.triangle, last.position}, last.position - track.points[before].position, length, border + gap);
+  };
+  Walk on = walk(width);
+  if (!on.stopped) on = walk(std::max(0.0, on.length - gap));
+  track.points.insert(track.points.end(), on.points.begin(), on.points.end());
 }
 
 }  // namespace curvesup::toolpath

@@ -21,7 +21,8 @@ class Ridge {
  public:
   Ridge(const BorderDistance& distance, const BeadWidths& beads);
 
-  // Tracks along the medial line, ends drawn out so that width times length is the area they fill.
+  // Tracks along the medial line. Free ends are drawn out towards the border, as near to it as the bead must come to hold
+  // what lies around its end.
   [[nodiscard]] std::vector<Track> centre_lines() const;
 
   // Whether a centre line takes the place of a ring at `level` at a point between two vertices.
@@ -48,6 +49,7 @@ class Ridge {
   void hand_down();
   [[nodiscard]] double slack(Index node, const Vec3& position, double distance) const;
   [[nodiscard]] bool fits(double distance) const;
+  void draw_out(Track& track, Index end) const;
 
   const BorderDistance& distance_;
   BeadWidths beads_;
@@ -57,6 +59,7 @@ class Ridge {
   std::vector<std::vector<Index>> chains_;       // nodes
   std::vector<std::vector<Index>> chain_under_;  // triangle of the segment that ends at each node
   std::vector<char> cut_end_;                    // node was made by cut_to_strips
+  std::vector<char> free_end_;                   // nothing goes on from the node
   std::vector<Index> node_of_vertex_;            // the ridge node uphill of each vertex
 };
 

@@ -6,6 +6,11 @@
 namespace curvesup::toolpath {
 namespace {
 
+struct Ring {
+  Track track;
+  std::vector<char> keep;  // by point: 0 where a centre line takes the ring's place
+};
+
 // Levels i with low < (i + 1/2) w <= high.
 std::pair<int, int> levels_between(double low, double high, double width, int max_rings) {
   int first = static_cast<int>(std::floor(low / width - 0.5));
@@ -74,13 +79,8 @@ void close_arcs(const BorderDistance& distance, std::vector<Track>& arcs, double
     if (heading.norm() < 1e-6) return true;
     const Walk walk = walk_straight(distance, {from.triangle, from.position}, heading, heading.norm());
     if ((walk.end.position - to.position).norm() > 0.15) return false;
-    const double width = from.width;
-    for (std::size_t i = 0; i + 1 < walk.points.size(); ++i) {
-      a.points.push_back(walk.points[i]);
-      a.points.back().width = width;
-    }
+    for (std::size_t i = 0; i + 1 < walk.points.size(); ++i) a.points.push_back(walk.points[i]);
     TrackPoint last = to;
-    last.width = width;
     last.triangle = walk.points.empty() ? from.triangle : walk.points.back().triangle;
     a.points.push_back(last);
     return true;
@@ -118,14 +118,14 @@ std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridg
     slot[t + 1] = slot[t] + std::max(0, last - first + 1);
   }
   std::vector<char> done(slot[n], 0);
-  std::vector<Track> rings;
+  std::vector<Ring> rings;
   for (std::size_t seed = 0; seed < n; ++seed) {
     for (Index s = slot[seed]; s < slot[seed + 1]; ++s) {
       if (done[s]) continue;
       const int level = lowest[seed] + (s - slot[seed]);
       const double value = (level + 0.5) * width;
-      Track ring{.kind = PathKind::contour, .closed = true, .level = level, .points = {}};
-      std::vector<TrackPoint>& points = ring.points;
+      Ring ring{{.kind = PathKind::contour, .closed = true, .level = level, .points = {}}, {}};
+      std::vector<TrackPoint>& points = ring.track.points;
       bool whole = true;
       for (Index t = static_cast<Index>(seed);;) {
         char& mark = done[slot[t] + level - lowest[t]];
@@ -141,9 +141,9 @@ std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridg
         TrackPoint point;
         point.position = mesh.vertices[a] + part * (mesh.vertices[b] - mesh.vertices[a]);
         point.normal = (mesh.normals[a] + part * (mesh.normals[b] - mesh.normals[a])).normalized();
-        point.width = ridge.replaces_ring(level, a, b, point.position) ? 0.0 : width;
         point.triangle = t;
         points.push_back(point);
+        ring.keep.push_back(!ridge.replaces_ring(level, a, b, point.position));
         t = mesh.neighbours[t][exit];
         if (t == kNone) {
           whole = false;
@@ -151,35 +151,32 @@ std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridg
         }
       }
       if (points.size() < 3) continue;
-      ring.closed = whole;
+      ring.track.closed = whole;
       rings.push_back(std::move(ring));
     }
   }
-  std::stable_sort(rings.begin(), rings.end(), [](const Track& x, const Track& y) { return x.level < y.level; });
+  std::stable_sort(rings.begin(), rings.end(), [](const Ring& x, const Ring& y) { return x.track.level < y.track.level; });
 
   std::vector<Track> result;
-  std::vector<char> keep;
   for (std::size_t begin = 0; begin < rings.size();) {
     std::size_t end = begin;
     std::vector<Track> arcs;
-    for (; end < rings.size() && rings[end].level == rings[begin].level; ++end) {
-      std::vector<TrackPoint>& points = rings[end].points;
-      keep.resize(points.size());
-      for (std::size_t i = 0; i < points.size(); ++i) keep[i] = points[i].width > 0.0;
+    for (; end < rings.size() && rings[end].track.level == rings[begin].track.level; ++end) {
+      auto& [ring, keep] = rings[end];
+      std::vector<TrackPoint>& points = ring.points;
       drop_short_runs(points, keep, 0, 0.75 * width);
       drop_short_runs(points, keep, 1, 0.75 * width);
-      for (TrackPoint& p : points) p.width = width;
       const auto dropped = std::find(keep.begin(), keep.end(), 0);
       if (dropped == keep.end()) {
         points.push_back(points.front());
-        result.push_back(std::move(rings[end]));
+        result.push_back(std::move(ring));
         continue;
       }
       const std::size_t n = points.size(), start = dropped - keep.begin();
       for (std::size_t i = 0; i < n; ++i) {
         const std::size_t at = (start + i) % n;
         if (!keep[at]) continue;
-        if (arcs.empty() || !keep[(at + n - 1) % n]) arcs.push_back({.kind = PathKind::contour, .closed = false, .level = rings[end].level, .points = {}});
+        if (arcs.empty() || !keep[(at + n - 1) % n]) arcs.push_back({.kind = PathKind::contour, .closed = false, .level = ring.level, .points = {}});
         arcs.back().points.push_back(points[at]);
       }
     }

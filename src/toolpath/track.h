@@ -7,7 +7,8 @@
 
 namespace curvesup::toolpath {
 
-// A point of a track: on the triangle over which the segment that ends here runs, and the width of that segment.
+// A point of a track: on the triangle over which the segment that ends here runs, and the width of that segment, which
+// share_area gives.
 struct TrackPoint {
   Vec3 position = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();

@@ -53,8 +53,8 @@ double carried_on(const Vec3& a, double at_a, const Vec3& b, double at_b, const 
 
 class LineTracer {
  public:
-  LineTracer(const BorderDistance& distance, const Ridge& ridge, double width, const ZigzagOptions& options, std::vector<double> values)
-      : distance_(distance), mesh_(distance.mesh()), ridge_(ridge), width_(width), options_(options), values_(std::move(values)) {}
+  LineTracer(const BorderDistance& distance, const Ridge& ridge, const ZigzagOptions& options, std::vector<double> values)
+      : distance_(distance), mesh_(distance.mesh()), ridge_(ridge), options_(options), values_(std::move(values)) {}
 
   std::vector<Track> run() {
     assign_slots();
@@ -121,7 +121,6 @@ class LineTracer {
     Crossing c;
     c.point.position = mesh_.vertices[a] + part * (mesh_.vertices[b] - mesh_.vertices[a]);
     c.point.normal = (mesh_.normals[a] + part * (mesh_.normals[b] - mesh_.normals[a])).normalized();
-    c.point.width = width_;
     c.point.triangle = t;
     c.inside = inside_at(a) + part * (inside_at(b) - inside_at(a));
     return c;
@@ -196,7 +195,6 @@ class LineTracer {
   const BorderDistance& distance_;
   const PieceMesh& mesh_;
   const Ridge& ridge_;
-  double width_;
   const ZigzagOptions& options_;
   std::vector<double> values_;  // by vertex; lines run at (level + 1/2) spacing
   std::vector<Index> slot_;
@@ -273,14 +271,14 @@ std::vector<double> distance_from_section(const PieceMesh& mesh, const Vec3& ori
   return distance;
 }
 
-std::vector<Track> trace_lines(const BorderDistance& distance, const Ridge& ridge, double width, const ZigzagOptions& options) {
+std::vector<Track> trace_lines(const BorderDistance& distance, const Ridge& ridge, const ZigzagOptions& options) {
   const auto [centre, normal] = middle_of(distance.mesh());
   const Vec3 direction = direction_across(normal, options.angle);
   const Vec3 origin = direction * (std::round(direction.dot(centre) / options.spacing) * options.spacing);
   std::vector<double> values = distance_from_section(distance.mesh(), origin, direction);
   const bool missed = std::none_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
   if (missed) values = distance_from_section(distance.mesh(), centre, direction);
-  return LineTracer(distance, ridge, width, options, std::move(values)).run();
+  return LineTracer(distance, ridge, options, std::move(values)).run();
 }
 
 }  // namespace curvesup::toolpath

@@ -15,7 +15,7 @@ struct ZigzagOptions {
 // Parallel lines over a piece as open tracks (closed where one runs in a circle): curves of equal distance, along the
 // surface, from the section of the piece by one plane, so that neighbours are `spacing` apart however the layer is bent. The
 // planes of all pieces with one normal are multiples of the spacing apart: lines of layers stand over each other.
-[[nodiscard]] std::vector<Track> trace_lines(const BorderDistance& distance, const Ridge& ridge, double width, const ZigzagOptions& options);
+[[nodiscard]] std::vector<Track> trace_lines(const BorderDistance& distance, const Ridge& ridge, const ZigzagOptions& options);
 
 // Signed distance of each vertex, along the surface, from the section by the plane through `origin` across `direction`.
 [[nodiscard]] std::vector<double> distance_from_section(const PieceMesh& mesh, const Vec3& origin, const Vec3& direction);

@@ -17,7 +17,7 @@ struct Lines {
   Lines(const sheets::NamedSheet& sheet, const ZigzagOptions& options) {
     const BorderDistance distance(sheets::only_piece(sheet), {});
     const Ridge ridge(distance, {});
-    tracks = trace_lines(distance, ridge, kWidth, options);
+    tracks = trace_lines(distance, ridge, options);
   }
   [[nodiscard]] double length() const {
     double sum = 0.0;
