@@ -26,6 +26,7 @@ constexpr double kSmall = 16.0;        // squared widths: pieces whose distances
 constexpr double kWidestRing = 1.15;   // widths
 constexpr double kEnoughRoom = 0.97;   // of a piece, that its beads must be able to fill
 constexpr double kStepReach = 0.75;    // widths: beads that near to a step share the area with it
+constexpr int kPowerRounds = 40;
 constexpr double kDotGap = 0.25;       // widths of a dot, from its ends to the border ...
 constexpr double kLeastDotGap = 0.02;  // ... lengths, where it would have to be wider than it may be
 
@@ -49,16 +50,29 @@ std::pair<Vec3, std::vector<Index>> deepest_place(const BorderDistance& distance
   return {(mesh.vertices[a] + mesh.vertices[b] + mesh.vertices[c]) / 3.0, {largest}};
 }
 
+// The direction in which a piece is longest, seen from a place; as long as the farthest vertex is away.
+Vec3 longest_way(const PieceMesh& mesh, const Vec3& centre) {
+  Vec3 farthest = Vec3::Zero();
+  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const double area = triangle_area(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
+    for (const Index v : {a, b, c}) {
+      const Vec3 out = mesh.vertices[v] - centre;
+      moment += area * out * out.transpose();
+      if (out.squaredNorm() > farthest.squaredNorm()) farthest = out;
+    }
+  }
+  Vec3 way = farthest;
+  for (int i = 0; i < kPowerRounds && (moment * way).norm() > 0.0; ++i) way = (moment * way).normalized();
+  return way.normalized() * farthest.norm();
+}
+
 // A piece too small for anything else: one short line through its deepest place, along the way that is longest, as near to the
 // border as the bead must come to hold the whole piece.
 Track lay_dot(const BorderDistance& distance, const BeadWidths& beads) {
   const PieceMesh& mesh = distance.mesh();
   const auto [centre, around] = deepest_place(distance);
-  Index farthest = 0;
-  for (Index v = 0; v < static_cast<Index>(mesh.vertices.size()); ++v) {
-    if ((mesh.vertices[v] - centre).squaredNorm() > (mesh.vertices[farthest] - centre).squaredNorm()) farthest = v;
-  }
-  const Vec3 heading = mesh.vertices[farthest] - centre;
+  const Vec3 heading = longest_way(mesh, centre);
   Track track{.kind = PathKind::centre_line, .points = {}};
   // The triangle around `centre` that the heading enters is found by trying.
   const auto walk = [&](const Vec3& direction, double length) {

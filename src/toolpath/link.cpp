@@ -14,7 +14,7 @@ namespace {
 constexpr int kOpeningRounds = 4;
 constexpr double kLongestStep = 1.5;  // widths, from a ring to the next one
 constexpr double kLongestWay = 1.3;   // of that, over the surface
-constexpr std::array kMostUneven = {0.1, 0.3};  // of the length left out to that of the steps; places of the first kind come first
+constexpr std::array kMostUneven = {0.1, 0.3};  // of what is left out to what should be; places of the first kind come first
 
 // Rings as cyclic lists over one pool of points; rings of odd level run the other way, so that joined ones agree.
 class Linker {
@@ -151,8 +151,8 @@ class Linker {
     return best;
   }
 
-  // Where a step leads back from the outer ring that one from `q1` leads to: what is left out of both rings is as long as
-  // the two steps are.
+  // Where a step leads back from the outer ring that one from `q1` leads to: nothing wider than a bead is left out of either
+  // ring, and of both no more than the two steps are long.
   struct Opening {
     double length = 0.0;  // on the inner ring
     Foot foot;
@@ -166,10 +166,11 @@ class Linker {
       if (q2.next == kNone) break;
       const Foot foot = foot_near(foot1.node, position(q2));
       if (foot.node == kNone) break;
-      const double left_out = length + (foot.position - foot1.position).norm(), steps = foot1.distance + foot.distance;
-      const double error = std::abs(left_out / steps - 1.0);
+      const double outside = (foot.position - foot1.position).norm();
+      const double part = std::min((foot1.distance + foot.distance) / (length + outside), width_ / std::max(length, outside));
+      const double error = std::abs(part - 1.0);
       if (error < best.error) best = {length, foot, error};
-      length = std::clamp(length * steps / left_out, 0.3 * width_, 1.5 * width_);
+      length = std::clamp(length * part, 0.3 * width_, 1.5 * width_);
     }
     return best;
   }

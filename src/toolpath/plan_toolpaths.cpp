@@ -11,6 +11,7 @@
 #include "toolpath/fill_piece.h"
 #include "toolpath/model_above.h"
 #include "toolpath/order.h"
+#include "toolpath/toolpath_checks.h"
 
 namespace curvesup {
 namespace {
@@ -68,10 +69,6 @@ double sheet_volume(const LayerStack& stack, const Sheet& sheet, std::span<const
            clipped_height(thickness, centre.z(), gradient[t].z() / slope);
   }
   return sum;
-}
-
-bool sparse(const MaterialToolpathOptions& material, const ToolpathOptions& options) {
-  return material.line_spacing_mm && *material.line_spacing_mm > options.bead_width_mm;
 }
 
 // `above` is the model's layers where some of the support is sparse.
@@ -352,29 +349,6 @@ bool model_may_wait(std::span<const Sheet> sheets, std::span<const SheetBeads> b
   return true;
 }
 
-void add_checks(ToolpathReport& report, const ToolpathOptions& options) {
-  auto& checks = report.checks;
-  checks.push_back(check_equal("toolpath.pieces_without_path", report.pieces_without_path, 0,
-                               "every piece of every layer has a path"));
-  checks.push_back(check_at_most("toolpath.max_flow_mm3_s", report.max_flow_mm3_s, options.max_flow_mm3_s * (1.0 + 1e-9),
-                                 "fastest flow, width times height times speed"));
-  for (int m = 0; m < kMaterialCount; ++m) {
-    if (sparse(options.material[m], options)) continue;  // open on purpose; certificate.toolpath_coverage looks at the lines
-    const double layers = report.layer_volume_mm3[m];
-    const double off = layers > 0.0 ? std::abs(report.volume_mm3[m] / layers - 1.0) : 0.0;
-    checks.push_back(check_at_most(m == 0 ? "toolpath.model_volume" : "toolpath.support_volume", off, 0.01,
-                                   "bead volumes against area times thickness, relative"));
-  }
-  if (options.min_height_mm) {
-    checks.push_back(check_at_least("toolpath.min_height_mm", report.min_height_mm, *options.min_height_mm,
-                                    "lowest bead"));
-  }
-  if (options.max_height_mm) {
-    checks.push_back(check_at_most("toolpath.max_height_mm", report.max_height_mm, *options.max_height_mm,
-                                   "highest bead"));
-  }
-}
-
 }  // namespace
 
 ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const LayerStack& printed,
@@ -446,7 +420,7 @@ ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const Lay
                    [](const UnprintedPiece& x, const UnprintedPiece& y) { return x.area_mm2 > y.area_mm2; });
   if (report.unprinted.size() > 100) report.unprinted.resize(100);
   ToolpathResult result = assembly.finish();
-  add_checks(result.report, options);
+  result.report.checks = toolpath_checks(result.report, options);
   run.progress(1.0);
   return result;
 }

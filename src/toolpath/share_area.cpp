@@ -25,6 +25,7 @@ constexpr double kFlagCell = 0.6;        // widths: of places near a step
 
 struct Stretch {
   double length = 0.0, area = 0.0;
+  bool goes_on = false;  // from the stretch before
 };
 
 // Where steps pass near.
@@ -90,6 +91,7 @@ class AreaShares {
     cut_into_stretches();
     if (stretches_.empty()) return;
     hand_out();
+    pass_on_excess();
     set_widths();
     drop_idle_tracks();
   }
@@ -107,7 +109,7 @@ class AreaShares {
           end_run(first);
           first = kNone;
         } else if (first == kNone || stretches_.back().length >= kStretch * beads_.width) {
-          stretches_.push_back({});
+          stretches_.push_back({.goes_on = first != kNone});
           if (first == kNone) first = static_cast<Index>(stretches_.size()) - 1;
         }
         if (irregular) stretches_.back().length += along.norm();
@@ -295,6 +297,23 @@ class AreaShares {
 
   void give(Index segment, double area) {
     if (segment != kNone && stretch_[segment] != kNone) stretches_[stretch_[segment]].area += area;
+  }
+
+  // What is too much for a stretch goes to those beside it on its track, as far as they have room: shares of stretches that
+  // follow each other are rough.
+  void pass_on_excess() {
+    const auto room = [&](const Stretch& s) { return beads_.max * s.length - s.area; };
+    const auto pass_on = [&](Stretch& from, Stretch& to) {
+      const double area = std::clamp(-room(from), 0.0, std::max(0.0, room(to)));
+      from.area -= area;
+      to.area += area;
+    };
+    for (std::size_t s = 1; s < stretches_.size(); ++s) {
+      if (stretches_[s].goes_on) pass_on(stretches_[s - 1], stretches_[s]);
+    }
+    for (std::size_t s = stretches_.size(); s-- > 1;) {
+      if (stretches_[s].goes_on) pass_on(stretches_[s], stretches_[s - 1]);
+    }
   }
 
   void set_widths() {
