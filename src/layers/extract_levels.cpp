@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <numeric>
 
@@ -15,6 +16,7 @@ namespace {
 constexpr std::size_t kTetGrain = 16384;
 constexpr std::size_t kVertexGrain = 8192;
 constexpr std::size_t kEdgeGrain = 16384;
+constexpr std::size_t kTriangleGrain = 32768;
 
 // The levels below or at a vertex's value are 0 .. rank - 1: for those the vertex is above.
 std::vector<Index> vertex_ranks(const ScalarField& field, std::span<const Level> levels, const RunContext& run) {
@@ -211,20 +213,50 @@ RawTriangles march(const Domain& domain, std::size_t level_count, const std::vec
   return raw;
 }
 
+// On which side of the platform each crossing lies: 1 above, 0 on it, -1 below.
+std::vector<std::int8_t> platform_sides(const Crossings& crossings, const RunContext& run) {
+  std::vector<std::int8_t> side(crossings.position.size());
+  parallel_for(side.size(), kEdgeGrain, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const double z = crossings.position[v].z();
+      side[v] = static_cast<std::int8_t>((z > 0.0) - (z < 0.0));
+    }
+  });
+  return side;
+}
+
+// Calls body(sheet, its first triangle, the one after its last) for every sheet, in parallel.
+void for_each_sheet(const RawTriangles& raw, const RunContext& run, const auto& body) {
+  parallel_for(raw.first_of_sheet.size() - 1, 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t s = begin; s < end; ++s) body(s, raw.first_of_sheet[s], raw.first_of_sheet[s + 1]);
+  });
+}
+
 // Cuts the triangles at the platform and keeps what has area above it. A corner at z = 0 is a point of the cut itself;
 // points of the cut are shared by the triangles at their edge and have z = 0 exactly.
-void clip_at_platform(RawTriangles& raw, Crossings& crossings) {
-  const auto z = [&](Index v) { return crossings.position[v].z(); };
-  std::vector<std::array<Index, 2>> cut_edges;  // (low id, high id)
-  bool any_below = false;
-  for (const auto& t : raw.corners) {
-    for (int c = 0; c < 3; ++c) {
-      const Index a = t[c], b = t[(c + 1) % 3];
-      any_below = any_below || z(a) <= 0.0;
-      if ((z(a) > 0.0 && z(b) < 0.0) || (z(a) < 0.0 && z(b) > 0.0)) cut_edges.push_back({std::min(a, b), std::max(a, b)});
+void clip_at_platform(RawTriangles& raw, Crossings& crossings, const RunContext& run) {
+  const std::vector<std::int8_t> side = platform_sides(crossings, run);
+  const auto is_cut = [&](Index a, Index b) { return side[a] * side[b] < 0; };
+  const auto goes = [&](const auto& t) { return side[t[0]] <= 0 && side[t[1]] <= 0 && side[t[2]] <= 0; };
+  const std::size_t sheets = raw.first_of_sheet.size() - 1;
+  std::vector<Index> kept_in_sheet(sheets, 0);
+  std::vector<std::vector<std::array<Index, 2>>> cuts_of_sheet(sheets);  // (low id, high id)
+  for_each_sheet(raw, run, [&](std::size_t s, Index first, Index last) {
+    for (Index i = first; i < last; ++i) {
+      const auto& t = raw.corners[i];
+      if (goes(t)) continue;
+      int corners = 0;
+      for (int c = 0; c < 3; ++c) {
+        const Index a = t[c], b = t[(c + 1) % 3];
+        const bool cut = is_cut(a, b);
+        corners += (side[a] >= 0) + cut;
+        if (cut) cuts_of_sheet[s].push_back({std::min(a, b), std::max(a, b)});
+      }
+      kept_in_sheet[s] += corners - 2;
     }
-  }
-  if (!any_below) return;
+  });
+  std::vector<std::array<Index, 2>> cut_edges;
+  for (const auto& cuts : cuts_of_sheet) cut_edges.insert(cut_edges.end(), cuts.begin(), cuts.end());
   std::sort(cut_edges.begin(), cut_edges.end());
   cut_edges.erase(std::unique(cut_edges.begin(), cut_edges.end()), cut_edges.end());
   const Index first_cut = static_cast<Index>(crossings.position.size());
@@ -238,39 +270,44 @@ void clip_at_platform(RawTriangles& raw, Crossings& crossings) {
   };
 
   RawTriangles kept;
-  kept.corners.reserve(raw.corners.size());
-  kept.tet.reserve(raw.tet.size());
-  kept.first_of_sheet.reserve(raw.first_of_sheet.size());
-  for (std::size_t s = 0; s + 1 < raw.first_of_sheet.size(); ++s) {
-    kept.first_of_sheet.push_back(static_cast<Index>(kept.corners.size()));
-    for (Index i = raw.first_of_sheet[s]; i < raw.first_of_sheet[s + 1]; ++i) {
+  kept.first_of_sheet.resize(sheets + 1, 0);
+  std::partial_sum(kept_in_sheet.begin(), kept_in_sheet.end(), kept.first_of_sheet.begin() + 1);
+  if (cut_edges.empty() && kept.first_of_sheet == raw.first_of_sheet) return;
+  kept.corners.resize(kept.first_of_sheet.back());
+  kept.tet.resize(kept.first_of_sheet.back());
+  for_each_sheet(raw, run, [&](std::size_t s, Index first, Index last) {
+    Index next = kept.first_of_sheet[s];
+    for (Index i = first; i < last; ++i) {
       const auto& t = raw.corners[i];
-      if (z(t[0]) <= 0.0 && z(t[1]) <= 0.0 && z(t[2]) <= 0.0) continue;
+      if (goes(t)) continue;
       std::array<Index, 4> ring{};
       int size = 0;
       for (int c = 0; c < 3; ++c) {
         const Index a = t[c], b = t[(c + 1) % 3];
-        if (z(a) >= 0.0) ring[size++] = a;
-        if ((z(a) > 0.0 && z(b) < 0.0) || (z(a) < 0.0 && z(b) > 0.0)) ring[size++] = cut_between(a, b);
+        if (side[a] >= 0) ring[size++] = a;
+        if (is_cut(a, b)) ring[size++] = cut_between(a, b);
       }
       for (int c = 2; c < size; ++c) {
-        kept.corners.push_back({ring[0], ring[c - 1], ring[c]});
-        kept.tet.push_back(raw.tet[i]);
+        kept.corners[next] = {ring[0], ring[c - 1], ring[c]};
+        kept.tet[next++] = raw.tet[i];
       }
     }
-  }
-  kept.first_of_sheet.push_back(static_cast<Index>(kept.corners.size()));
+  });
   raw = std::move(kept);
 }
 
 // Numbers the used crossings level by level, so that each sheet's vertices lie together.
-LayerStack compact(RawTriangles&& raw, const Crossings& crossings, std::span<const Level> levels, int layer_count) {
+LayerStack compact(RawTriangles&& raw, const Crossings& crossings, std::span<const Level> levels, int layer_count,
+                   const RunContext& run) {
   LayerStack stack;
   stack.count = layer_count;
   std::vector<Index> id(crossings.position.size(), kNone);
-  for (const auto& t : raw.corners) {
-    for (const Index v : t) id[v] = 0;
-  }
+  // The two sheets of a level share crossings, so one thread takes both.
+  parallel_for(levels.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (Index i = raw.first_of_sheet[2 * begin]; i < raw.first_of_sheet[2 * end]; ++i) {
+      for (const Index v : raw.corners[i]) id[v] = 0;
+    }
+  });
   std::vector<Index> next(levels.size() + 1, 0);
   for (std::size_t v = 0; v < id.size(); ++v) next[crossings.level[v] + 1] += id[v] == 0;
   std::partial_sum(next.begin(), next.end(), next.begin());
@@ -280,7 +317,12 @@ LayerStack compact(RawTriangles&& raw, const Crossings& crossings, std::span<con
     id[v] = next[crossings.level[v]]++;
     stack.vertices[id[v]] = crossings.position[v];
   }
-  for (auto& t : raw.corners) t = {id[t[0]], id[t[1]], id[t[2]]};
+  parallel_for(raw.corners.size(), kTriangleGrain, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) {
+      auto& t = raw.corners[i];
+      t = {id[t[0]], id[t[1]], id[t[2]]};
+    }
+  });
   stack.triangles = std::move(raw.corners);
   stack.triangle_tet = std::move(raw.tet);
   for (std::size_t s = 0; s + 1 < raw.first_of_sheet.size(); ++s) {
@@ -308,8 +350,8 @@ LayerStack extract_levels(const Domain& domain, const ScalarField& field, int la
   const CrossedEdges edges = find_crossed_edges(domain, crossed, rank, run);
   Crossings crossings = place_crossings(domain, field, levels, rank, edges, run);
   RawTriangles raw = march(domain, levels.size(), crossed, rank, edges, crossings, run);
-  clip_at_platform(raw, crossings);
-  return compact(std::move(raw), crossings, levels, layer_count);
+  clip_at_platform(raw, crossings, run);
+  return compact(std::move(raw), crossings, levels, layer_count, run);
 }
 
 double local_thickness(const LayerStack& stack, const ScalarField& field, const Sheet& sheet, Index triangle) {
