@@ -9,6 +9,7 @@
 
 #include "curvesup/check/check_output.h"
 #include "curvesup/core/error.h"
+#include "curvesup/core/words.h"
 #include "curvesup/io/output_folder.h"
 #include "curvesup/pipeline/compare.h"
 #include "curvesup/pipeline/config.h"
@@ -150,7 +151,7 @@ template <class Mesh>
 int report_diagnosis(const Arguments& arguments, const std::string& name, const MeshDiagnosis& diagnosis, const Mesh& mesh) {
   std::cout << diagnosis_text(name, diagnosis);
   if (!arguments.out.empty()) write_file(arguments.out, inspect_html(diagnosis, mesh, name));
-  return diagnosis.usable() ? 0 : exit_code(ErrorKind::input);
+  return diagnosis.supportable() ? 0 : exit_code(ErrorKind::input);
 }
 
 int run_inspect(const Arguments& arguments) {
@@ -167,6 +168,7 @@ int run_inspect(const Arguments& arguments) {
 
 int run_check(const Arguments& arguments) {
   const fs::path folder(arguments.out);
+  if (!fs::exists(folder)) throw Error(ErrorKind::usage, folder.string(), "is not there", "name the folder that slice wrote");
   if (!fs::exists(folder / "config.resolved.json")) {
     throw Error(ErrorKind::usage, folder.string(), "is no output folder of slice", "name the folder that slice wrote");
   }
@@ -191,6 +193,22 @@ void add_run_options(CLI::App& command, Arguments& arguments) {
   command.add_option("-s,--set", arguments.overrides, "Override one config key: key.path=value")->take_all()->allow_extra_args(false);
   command.add_option("--threads", arguments.threads, "Worker threads; the result does not depend on them")->check(CLI::Range(1, 256));
   command.add_option("--progress", arguments.progress, "Progress on stderr")->check(CLI::IsMember({"auto", "json", "none"}));
+}
+
+// A first word that is no command: what it may have been meant to be, and all there are.
+std::string unknown_command(const CLI::App& app, const std::string& word) {
+  std::string all, nearest;
+  std::size_t least = 3;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    const std::string& name = command->get_name();
+    if (name == word) return {};
+    all += (all.empty() ? "" : ", ") + name;
+    if (const std::size_t distance = edit_distance(word, name); distance < least) {
+      least = distance;
+      nearest = name;
+    }
+  }
+  return "there is no command '" + word + "'" + (nearest.empty() ? "" : "; did you mean " + nearest + "?") + " (commands: " + all + ")";
 }
 
 }  // namespace
@@ -239,6 +257,12 @@ int run(int argc, char** argv) {
   init->footer("Example: curvesup config init > config.json");
   schema->footer("Example: curvesup config schema > curvesup.schema.json");
 
+  if (argc > 1 && argv[1][0] != '-') {
+    if (const std::string problem = unknown_command(app, argv[1]); !problem.empty()) {
+      std::cerr << "curvesup: error [usage] command line: " << problem << "\n";
+      return kUsageExit;
+    }
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

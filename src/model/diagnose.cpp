@@ -172,9 +172,9 @@ class Diagnosis : private ProblemList {
   void look_for_contacts(const std::vector<std::array<Index, 3>>& boundary) {
     const double gap = kCloseGap * diagonal_;
     const Contacts contacts = find_contacts({sound_.vertices, boundary}, gap);
-    add("intersecting_faces", Severity::note, "face", 3, flat(contacts.crossed),
-        "an edge of the face passes through another boundary face",
-        "the support domain cannot be meshed: separate the parts");
+    add("intersecting_faces", Severity::no_support, "face", 3, flat(contacts.crossed),
+        "an edge of the face passes through another boundary face, so the space around the model cannot be meshed",
+        "join the parts by volume or move them apart; as it is, only support.method none can be sliced");
     add("close_faces", Severity::note, "vertex", 1, contacts.close,
         format("a boundary face without this vertex lies nearer than %.3g", gap),
         "meshing the support domain may fail: separate or join the parts");
@@ -191,6 +191,11 @@ class Diagnosis : private ProblemList {
 bool MeshDiagnosis::usable() const {
   return std::none_of(problems.begin(), problems.end(),
                       [](const MeshProblem& p) { return p.severity == Severity::refused; });
+}
+
+bool MeshDiagnosis::supportable() const {
+  return usable() && std::none_of(problems.begin(), problems.end(),
+                                  [](const MeshProblem& p) { return p.severity == Severity::no_support; });
 }
 
 MeshDiagnosis diagnose_mesh(const TetMesh& file_mesh) { return Diagnosis(file_mesh).run(); }

@@ -15,6 +15,7 @@ const char* severity_word(MeshProblem::Severity severity) {
     case MeshProblem::Severity::note: return "note";
     case MeshProblem::Severity::mended: return "mended";
     case MeshProblem::Severity::refused: return "REFUSED";
+    case MeshProblem::Severity::no_support: return "NO SUPPORT";
   }
   return "";
 }
@@ -57,7 +58,7 @@ std::string diagnosis_text(const std::string& name, const MeshDiagnosis& d) {
     if (problem.count() > 0) text += format("           %s%s\n", problem.element.c_str(), first_ids(problem).c_str());
     if (!problem.remedy.empty()) text += format("           remedy: %s\n", problem.remedy.c_str());
   }
-  text += d.usable() ? "usable     yes\n" : "usable     no\n";
+  text += d.supportable() ? "usable     yes\n" : d.usable() ? "usable     only with support.method none\n" : "usable     no\n";
   return text;
 }
 

@@ -20,7 +20,8 @@
 namespace curvesup {
 
 // What the stages hand on: each fills its own result and never edits an earlier one. What only one stage reads is large
-// and goes when that stage is done: the hull's surface with `domain`, untrimmed layers and the solid with `trim`.
+// and goes when that stage is done: the hull's surface with `domain`, untrimmed layers and the solid with `trim`. Poses of
+// a print that the robot cannot make go before anything is written.
 struct SliceState {
   // Resolves the config; throws Error{usage}.
   explicit SliceState(const SliceRequest& asked) : request(asked), config(resolve_config(asked.config)) {}

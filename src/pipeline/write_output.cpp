@@ -93,6 +93,8 @@ void write_artifacts(OutputFolder& folder, SliceState& state, const RunContext& 
     waypoints = emit_waypoints(state.toolpath.toolpaths, state.motion.motion, machine_from_config(config_value(state.config, "machine")), run);
     add_text(waypoints, [](const EmittedFile&) { return true; });
   }
+  // Of a print that the robot cannot make, nothing more is told by its poses.
+  if (!state.robot_ok()) state.motion.motion = {};
   folder.write_all(tasks, run);
   for (EmittedFile& file : state.emitted.files) std::string().swap(file.content);
 }
@@ -148,7 +150,7 @@ void write_pictures(OutputFolder& folder, const SliceState& state, const Json& r
 
   std::vector<Plot> plots;
   if (wanted(state, "plots") || wanted(state, "preview")) {
-    plots = make_plots({.field = &state.extension.field, .layers = layers, .toolpaths = toolpaths, .motion = motion, .arm = machine.arm});
+    plots = make_plots({.field = &state.extension.field, .layers = layers, .toolpaths = toolpaths, .motion = motion, .arm = machine.arm}, run);
   }
   if (wanted(state, "plots")) {
     for (const Plot& plot : plots) folder.write("plots/" + plot.name + ".png", plot.png);

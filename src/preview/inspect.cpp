@@ -15,6 +15,16 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kMaxPlaces = 500;         // listed and marked, of each problem
 constexpr std::size_t kMaxMarkedTets = 20000;  // drawn, of each problem
 
+const char* severity_name(MeshProblem::Severity severity) {
+  switch (severity) {
+    case MeshProblem::Severity::note: return "note";
+    case MeshProblem::Severity::mended: return "mended";
+    case MeshProblem::Severity::refused: return "refused";
+    case MeshProblem::Severity::no_support: return "no support";
+  }
+  return "";
+}
+
 class InspectPage {
  public:
   // Of a surface: `mesh` has its vertices and no tets, and `triangles` are drawn as they are.
@@ -138,11 +148,8 @@ class InspectPage {
         }
         places.push_back({{"at", {centre.x(), centre.y(), centre.z()}}, {"text", problem.element + ids}});
       }
-      const char* severity = problem.severity == MeshProblem::Severity::refused  ? "refused"
-                             : problem.severity == MeshProblem::Severity::mended ? "mended"
-                                                                                 : "note";
       checks.push_back({{"name", problem.name}, {"ok", problem.severity == MeshProblem::Severity::note},
-                        {"severity", severity}, {"value", count}, {"limit", 0},
+                        {"severity", severity_name(problem.severity)}, {"value", count}, {"limit", 0},
                         {"detail", problem.text + (problem.remedy.empty() ? "." : ": " + problem.remedy + ".")}, {"places", places}});
     }
     scene_.info["checks"] = checks;
@@ -159,7 +166,7 @@ class InspectPage {
       if (d.usable()) out.update({{"volume_mm3", d.volume_mm3}, {"shells", d.components}, {"genus", d.genus}});
       return out;
     }
-    Json out = {{"usable", d.usable()}, {"vertices", d.vertices}, {"tets", d.tets}, {"boundary_faces", d.boundary_faces},
+    Json out = {{"usable", d.usable()}, {"supportable", d.supportable()}, {"vertices", d.vertices}, {"tets", d.tets}, {"boundary_faces", d.boundary_faces},
                 {"size_mm", {size.x(), size.y(), size.z()}}, {"volume_mm3", d.volume_mm3},
                 {"min_dihedral_deg", d.min_dihedral_deg}, {"max_dihedral_deg", d.max_dihedral_deg},
                 {"min_quality", d.min_quality}, {"worst_tet", d.worst_tet},

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <optional>
 
 #include "chart.h"
 #include "curvesup/core/format.h"
+#include "curvesup/core/parallel.h"
 #include "curvesup/mesh/triangle_mesh.h"
 #include "curvesup/motion/kinematics.h"
 #include "print_clock.h"
@@ -23,47 +26,70 @@ using Form = ChartSeries::Form;
 
 Plot plot(const char* name, const Chart& chart, const char* caption) { return {name, chart.title, caption, draw_chart(chart)}; }
 
-// Area and printed height of every triangle, handed to visit(sheet, area_mm2, height_mm).
-template <class Visit>
-void each_triangle(const LayerStack& stack, const ScalarField& field, const Visit& visit) {
-  for (const Sheet& sheet : stack.sheets) {
-    for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
-      const auto& c = stack.triangles[t];
-      const Vec3 &a = stack.vertices[c[0]], &b = stack.vertices[c[1]], &d = stack.vertices[c[2]];
-      const Vec3& gradient = field.gradient[stack.triangle_tet[t]];
-      const double slope = gradient.norm();
-      if (slope <= 0.0) continue;
-      const double thickness = 1.0 / (stack.count * sheet.passes * slope);
-      // On the platform a bead has only the height down to it.
-      const double above = (a.z() + b.z() + d.z()) / 3.0 + 0.5 * thickness * gradient.z() / slope;
-      visit(sheet, triangle_area(a, b, d), std::clamp(above, 0.0, thickness));
+// Area and printed height of every triangle, measured once.
+class MeasuredStack {
+ public:
+  MeasuredStack(const LayerStack& stack, const ScalarField& field, const RunContext& run) : stack_(stack), size_(stack.triangles.size()) {
+    parallel_for(stack.sheets.size(), 4, run, [&](std::size_t begin, std::size_t end, std::size_t) {
+      for (std::size_t s = begin; s < end; ++s) measure(stack.sheets[s], field);
+    });
+  }
+
+  [[nodiscard]] const std::vector<Sheet>& sheets() const { return stack_.sheets; }
+
+  // Calls visit(sheet, area_mm2, height_mm).
+  void each_triangle(const auto& visit) const {
+    for (const Sheet& sheet : stack_.sheets) {
+      for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) visit(sheet, size_[t].area, size_[t].height);
     }
   }
-}
+
+ private:
+  struct Size {
+    double area = 0.0, height = 0.0;  // 0 where the field has no direction
+  };
+
+  void measure(const Sheet& sheet, const ScalarField& field) {
+    for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
+      const auto& c = stack_.triangles[t];
+      const Vec3 &a = stack_.vertices[c[0]], &b = stack_.vertices[c[1]], &d = stack_.vertices[c[2]];
+      const Vec3& gradient = field.gradient[stack_.triangle_tet[t]];
+      const double slope = gradient.norm();
+      if (slope <= 0.0) continue;
+      const double thickness = 1.0 / (stack_.count * sheet.passes * slope);
+      // On the platform a bead has only the height down to it.
+      const double above = (a.z() + b.z() + d.z()) / 3.0 + 0.5 * thickness * gradient.z() / slope;
+      size_[t] = {triangle_area(a, b, d), std::clamp(above, 0.0, thickness)};
+    }
+  }
+
+  const LayerStack& stack_;
+  std::vector<Size> size_;
+};
 
 // The thickness above which 0.1 % of the area lies.
-double common_limit(const LayerStack& stack, const ScalarField& field) {
+double common_limit(const MeasuredStack& stack) {
   constexpr int kFine = 4096;
   double most = 0.0, area = 0.0;
-  each_triangle(stack, field, [&](const Sheet&, double triangle, double height) {
+  stack.each_triangle([&](const Sheet&, double triangle, double height) {
     most = std::max(most, height);
     area += triangle;
   });
   std::vector<double> fine(kFine, 0.0);
   const auto bin_of = [&](double height) { return std::clamp(static_cast<int>(height / most * kFine), 0, kFine - 1); };
-  if (most > 0.0) each_triangle(stack, field, [&](const Sheet&, double t, double height) { fine[bin_of(height)] += t; });
+  if (most > 0.0) stack.each_triangle([&](const Sheet&, double t, double height) { fine[bin_of(height)] += t; });
   int bin = kFine;
   for (double above = 0.0; bin > 1 && above + fine[bin - 1] <= 0.001 * area; --bin) above += fine[bin - 1];
   return most * bin / kFine;
 }
 
-Plot thickness_plot(const LayerStack& stack, const ScalarField& field) {
+Plot thickness_plot(const MeasuredStack& stack) {
   constexpr int kBins = 60;
-  const double most = common_limit(stack, field);
+  const double most = common_limit(stack);
   const double width = most > 0.0 ? most / kBins : 1.0;
   std::array<std::vector<double>, kMaterialCount> sum;
   for (auto& s : sum) s.assign(kBins, 0.0);
-  each_triangle(stack, field, [&](const Sheet& sheet, double triangle, double height) {
+  stack.each_triangle([&](const Sheet& sheet, double triangle, double height) {
     sum[static_cast<int>(sheet.material)][std::clamp(static_cast<int>(height / width), 0, kBins - 1)] += triangle / 100.0;
   });
   Chart chart{"Layer thickness", "thickness, mm", {{"area, cm²", {}}}};
@@ -80,11 +106,11 @@ Plot thickness_plot(const LayerStack& stack, const ScalarField& field) {
   return plot("layer_thickness", chart, "How much layer area has which thickness. Curved layers are thinner where they come together and thicker where they spread; a nozzle can only lay what is neither too thin nor too thick for it. The last bar holds everything thicker.");
 }
 
-Plot support_volume_plot(const LayerStack& stack, const ScalarField& field) {
+Plot support_volume_plot(const MeasuredStack& stack) {
   Index first = 0, last = 0;
-  for (const Sheet& sheet : stack.sheets) first = std::min(first, sheet.layer), last = std::max(last, sheet.layer);
+  for (const Sheet& sheet : stack.sheets()) first = std::min(first, sheet.layer), last = std::max(last, sheet.layer);
   std::vector<double> volume(last - first + 1, 0.0);
-  each_triangle(stack, field, [&](const Sheet& sheet, double area, double height) {
+  stack.each_triangle([&](const Sheet& sheet, double area, double height) {
     if (sheet.material == Material::support) volume[sheet.layer - first] += area * height;
   });
   ChartSeries bars{"", kSupportColour, Form::bars, {}, volume};
@@ -216,18 +242,23 @@ Plot joints_plot(const Motion& motion, const Arm& arm) {
 
 }  // namespace
 
-std::vector<Plot> make_plots(const PlotInput& input) {
-  std::vector<Plot> plots;
+std::vector<Plot> make_plots(const PlotInput& input, const RunContext& run) {
+  std::vector<std::function<Plot()>> jobs;
+  std::optional<MeasuredStack> stack;
+  std::optional<PrintClock> clock;
   if (input.layers && input.field && !input.layers->triangles.empty()) {
-    plots.push_back(thickness_plot(*input.layers, *input.field));
-    plots.push_back(support_volume_plot(*input.layers, *input.field));
+    stack.emplace(*input.layers, *input.field, run);
+    jobs.push_back([&] { return thickness_plot(*stack); });
+    jobs.push_back([&] { return support_volume_plot(*stack); });
   }
   if (input.toolpaths && !input.toolpaths->paths.empty()) {
-    const PrintClock clock = run_clock(*input.toolpaths, input.motion);
-    plots.push_back(along_plot(*input.toolpaths, clock));
-    plots.push_back(time_plot(*input.toolpaths, clock));
+    clock = run_clock(*input.toolpaths, input.motion);
+    jobs.push_back([&] { return along_plot(*input.toolpaths, *clock); });
+    jobs.push_back([&] { return time_plot(*input.toolpaths, *clock); });
   }
-  if (input.motion && !input.motion->waypoints.empty()) plots.push_back(joints_plot(*input.motion, input.arm));
+  if (input.motion && !input.motion->waypoints.empty()) jobs.push_back([&] { return joints_plot(*input.motion, input.arm); });
+  std::vector<Plot> plots(jobs.size());
+  parallel_for(jobs.size(), 1, run, [&](std::size_t begin, std::size_t, std::size_t) { plots[begin] = jobs[begin](); });
   return plots;
 }
 

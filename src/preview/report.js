@@ -135,7 +135,7 @@ window.curvesupReport = (function () {
     faces: 'triangles that overhang', area_mm2: 'overhanging area', points_added: 'branches started inside large faces',
     dropped: 'places that got no branch, with the reason', support_tets: 'tetrahedra outside the part', interface_faces: 'triangles between part and support region',
     volume_rel_error: 'volume that does not add up, relative', min_dihedral_deg: 'sharpest angle of a tetrahedron', max_dihedral_deg: 'bluntest angle of a tetrahedron',
-    min_quality: 'worst tetrahedron: 1 is regular, 0 is flat', usable: 'slice accepts this mesh',
+    min_quality: 'worst tetrahedron: 1 is regular, 0 is flat', usable: 'slice accepts this mesh', supportable: 'the space around the part can be meshed, so it can have support',
     model: 'of the part', support: 'of the support', support_printed: 'layers with printed support',
     thickness_p1_mm: 'thinnest: 1 % of the area is thinner', thickness_p50_mm: 'middle thickness', thickness_p99_mm: 'thickest: 1 % of the area is thicker',
     leaves: 'branch tips under the overhang', nodes: 'joints of the tree', edges: 'pieces of branches', platform_ends: 'feet on the platform', model_ends: 'feet on the part',

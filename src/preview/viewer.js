@@ -1241,7 +1241,7 @@
   function checkSection() {
     const failed = checks.filter((c) => !c.ok), passed = checks.filter((c) => c.ok);
     if (scene.inspect) {
-      const rank = (c) => ['refused', 'mended', 'note'].indexOf(c.severity);
+      const rank = (c) => ['refused', 'no support', 'mended', 'note'].indexOf(c.severity);
       checks.sort((a, b) => rank(a) - rank(b));
       return [el('h2', {}, 'Problems of this mesh'), checks.length ? null : el('div', {class: 'hint'}, 'None was found.'), ...checks.map(checkButton)];
     }
@@ -1364,9 +1364,9 @@
   $('title').textContent = scene.title || 'curvesup';
   const failedCount = checks.filter((c) => !c.ok).length;
   if (scene.inspect) {
-    const usable = scene.report.mesh.usable;
-    $('verdict').textContent = usable ? 'can be sliced' : 'cannot be sliced';
-    $('verdict').className = usable ? 'good-back' : 'bad-back';
+    const {usable, supportable} = scene.report.mesh, bare = usable && supportable === false;
+    $('verdict').textContent = bare ? 'can be sliced without support only' : usable ? 'can be sliced' : 'cannot be sliced';
+    $('verdict').className = usable && !bare ? 'good-back' : 'bad-back';
   } else if (checks.length) {
     $('verdict').textContent = failedCount ? `${failedCount} of ${checks.length} checks failed` : `all ${checks.length} checks passed`;
     $('verdict').className = failedCount ? 'bad-back' : 'good-back';

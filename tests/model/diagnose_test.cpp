@@ -69,12 +69,15 @@ TEST(Diagnose, CrossingAndTouchingPartsAreNamed) {
   if (tet_volume(mesh, static_cast<Index>(mesh.tets.size()) - 1) < 0)
     std::swap(mesh.tets.back()[0], mesh.tets.back()[1]);
   EXPECT_NE(find(diagnose_mesh(mesh), "intersecting_faces"), nullptr);
+  EXPECT_TRUE(diagnose_mesh(mesh).usable());
+  EXPECT_FALSE(diagnose_mesh(mesh).supportable());
   mesh.vertices[first].x() = 3.0001;
   EXPECT_EQ(find(diagnose_mesh(mesh), "intersecting_faces"), nullptr);
   ASSERT_NE(find(diagnose_mesh(mesh), "close_faces"), nullptr);
   EXPECT_EQ(find(diagnose_mesh(mesh), "close_faces")->ids, std::vector<Index>{first});
   mesh.vertices[first].x() = 3.5;
   EXPECT_TRUE(diagnose_mesh(mesh).problems.empty());
+  EXPECT_TRUE(diagnose_mesh(mesh).supportable());
 }
 
 // What diagnosis calls usable, loading takes, and the other way round, whatever was done to the mesh.

@@ -95,6 +95,57 @@ TEST(BadInput, UnknownKeyAndValueOutOfRange) {
   expect_refused(folder, "slice m.tet c.json --frobnicate", 2, "usage", "frobnicate");
 }
 
+TEST(BadInput, CommandThatIsNone) {
+  const Folder folder;
+  expect_refused(folder, "slise m.tet c.json", 2, "usage", "did you mean slice?");
+  expect_refused(folder, "slise", 2, "usage", "slice, compare, inspect, check, config");
+  expect_refused(folder, "frobnicate", 2, "usage", "slice, compare, inspect, check, config");
+  EXPECT_EQ(folder.curvesup("frobnicate").err.find("did you mean"), std::string::npos);
+}
+
+TEST(BadInput, CheckOfAFolderThatSliceDidNotWrite) {
+  const Folder folder;
+  expect_refused(folder, "check nowhere", 2, "usage", "nowhere: is not there");
+  folder.write("m.tet", "");
+  expect_refused(folder, "check .", 2, "usage", "no output folder of slice");
+  expect_refused(folder, "check m.tet", 2, "usage", "no output folder of slice");
+}
+
+TEST(BadInput, OtherCommandsSayTheSame) {
+  const Folder folder;
+  folder.write("m.tet", tet_text(cube()));
+  folder.write("short.tet", "8 vertices\n");
+  folder.write("a.json", R"({"layers": {"cuont": 5}})");
+  folder.write("c.json", "{}");
+  for (const std::string command : {"inspect nowhere.tet", "compare nowhere.tet c.json"}) {
+    expect_refused(folder, command, 3, "input", "nowhere.tet");
+  }
+  for (const std::string command : {"inspect short.tet", "compare short.tet c.json"}) expect_refused(folder, command, 3, "input", "short.tet");
+  expect_refused(folder, "compare m.tet a.json", 2, "usage", "layers.count");
+  expect_refused(folder, "compare m.tet nowhere.json", 2, "usage", "nowhere.json");
+}
+
+// Two blocks, one through the other: it loads, and slices without support only.
+TEST(BadInput, PartsThatPassThroughEachOtherHaveNoSupport) {
+  const Folder folder;
+  TetMesh mesh = cube();
+  const TetMesh other = shapes::brick_mesh({2.3, 2.3, 3.1}, {9.3, 3.3, 5.2}, {1, 1, 1});
+  const Index first = static_cast<Index>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (auto tet : other.tets) {
+    for (Index& v : tet) v += first;
+    mesh.tets.push_back(tet);
+  }
+  folder.write("m.tet", tet_text(mesh));
+  folder.write("c.json", R"({"layers": {"count": 10}})");
+  const Outcome inspected = folder.curvesup("inspect m.tet");
+  EXPECT_EQ(inspected.exit_code, 3);
+  EXPECT_NE(inspected.out.find("NO SUPPORT intersecting_faces"), std::string::npos) << inspected.out;
+  EXPECT_NE(inspected.out.find("only with support.method none"), std::string::npos) << inspected.out;
+  expect_refused(folder, "slice m.tet c.json", 4, "geometry", "inter");
+  EXPECT_EQ(folder.curvesup("slice m.tet c.json -s support.method=none --stop-after layers").exit_code, 0);
+}
+
 TEST(BadInput, UnwritableOutput) {
   const Folder folder;
   folder.write("m.tet", tet_text(cube()));

@@ -11,9 +11,10 @@ namespace curvesup {
 // One kind of trouble with a mesh, and every element that has it.
 struct MeshProblem {
   enum class Severity {
-    note,     // slicing works; worth knowing
-    mended,   // load_model mends it and says so
-    refused,  // load_model refuses the mesh
+    note,        // slicing works; worth knowing
+    mended,      // load_model mends it and says so
+    refused,     // load_model refuses the mesh
+    no_support,  // it loads, but the space around it cannot be meshed: it slices without support only
   };
   std::string name;  // "inverted_tets", ...
   Severity severity = Severity::note;
@@ -43,6 +44,8 @@ struct MeshDiagnosis {
 
   // Nothing that load_model would refuse.
   [[nodiscard]] bool usable() const;
+  // And nothing that makes a slice with support fail.
+  [[nodiscard]] bool supportable() const;
 };
 
 // Everything that is wrong, or doubtful, with a mesh as it comes from a file; later tests go on with the elements that

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "curvesup/core/run_context.h"
 #include "curvesup/layers/layer_stack.h"
 #include "curvesup/mesh/tet_mesh.h"
 #include "curvesup/motion/machine.h"
@@ -30,6 +31,6 @@ struct PlotInput {
 // Plots: histogram of the layer thickness by printed area, support volume by layer, bead height and tilt along the print, time
 // by material, joint angles and singularity metric by time, in this order. Drawn without a display; the same input gives
 // the same bytes (with the same font installed). Linear in triangles and points.
-[[nodiscard]] std::vector<Plot> make_plots(const PlotInput& input);
+[[nodiscard]] std::vector<Plot> make_plots(const PlotInput& input, const RunContext& run = {});
 
 }  // namespace curvesup
