@@ -224,6 +224,43 @@ TEST(Coarsen, NeedlesInsideAPlaneGo) {
   EXPECT_NEAR(area_of(cut.sheet), 16.0, 1e-12);
 }
 
+TEST(Coarsen, NoNeedlesAreMade) {
+  // A disc in rings of six, twelve, eighteen ... triangles, none of them flat.
+  CutSheet cut;
+  const auto start = [](int ring) { return ring == 0 ? 0 : 1 + 3 * ring * (ring - 1); };
+  constexpr int kRings = 8;
+  cut.sheet.vertices.push_back(Vec3(0, 0, 1));
+  for (int ring = 1; ring <= kRings; ++ring) {
+    for (int i = 0; i < 6 * ring; ++i) {
+      const double angle = std::numbers::pi / 3.0 * i / ring;
+      cut.sheet.vertices.push_back(Vec3(0.5 * ring * std::cos(angle), 0.5 * ring * std::sin(angle), 1));
+    }
+    const auto outer = [&](int i) { return start(ring) + i % (6 * ring); };
+    const auto inner = [&](int i) { return ring == 1 ? 0 : start(ring - 1) + i % (6 * ring - 6); };
+    for (int side = 0; side < 6; ++side) {
+      for (int i = 0; i < ring; ++i) {
+        cut.sheet.triangles.push_back({inner(side * (ring - 1) + i), outer(side * ring + i), outer(side * ring + i + 1)});
+        if (i + 1 < ring) cut.sheet.triangles.push_back({inner(side * (ring - 1) + i), outer(side * ring + i + 1), inner(side * (ring - 1) + i + 1)});
+      }
+    }
+  }
+  cut.sheet.source.assign(cut.sheet.vertices.size(), kNone);
+  cut.sheet.triangle_tet.assign(cut.sheet.triangles.size(), 0);
+  cut.gradient.assign(1, Vec3(0, 0, 2));
+  ASSERT_EQ(euler_characteristic(cut.sheet), 1);
+  ASSERT_GT(least_height(cut.sheet), 0.35);
+  for (const double tolerance : {0.02, 0.1, 0.3, 1.0}) {
+    for (const double height : {0.1, 0.3}) {
+      TrimmedSheet after = cut.sheet;
+      (void)coarsen(after, cut.gradient, {.border_mm = tolerance, .height_mm = height});
+      EXPECT_LT(after.triangles.size(), 0.5 * cut.sheet.triangles.size());
+      EXPECT_GE(least_height(after), height - 1e-9);
+      EXPECT_NEAR(area_of(after) / area_of(cut.sheet), 1.0, 5e-4);
+      EXPECT_EQ(euler_characteristic(after), 1);
+    }
+  }
+}
+
 TEST(Coarsen, WhatIsSharedWithAnotherSheetStays) {
   const CutSheet cut = cut_surface(Tube(2.3, 7.1), 10, dome);
   TrimmedSheet before = cut.sheet;
