@@ -17,13 +17,21 @@ constexpr int kRounds = 3;
 constexpr double kSlant = 0.2;
 constexpr double kSmallest = 1e-12;  // areas, volumes
 
-bool within_of_segment(const Vec3& p, const Vec3& a, const Vec3& b, double distance2) {
-  const Vec3 along = b - a, offset = p - a;
-  const double length2 = along.squaredNorm(), dot = offset.dot(along);
-  if (dot <= 0.0) return offset.squaredNorm() <= distance2;
-  if (dot >= length2) return (p - b).squaredNorm() <= distance2;
-  return (offset.squaredNorm() - distance2) * length2 <= dot * dot;
-}
+class Segment {
+ public:
+  Segment(const Vec3& a, const Vec3& b) : a_(a), along_(b - a), length2_(along_.squaredNorm()) {}
+  [[nodiscard]] bool within(const Vec3& p, double distance2) const {
+    const Vec3 offset = p - a_;
+    const double dot = offset.dot(along_), offset2 = offset.squaredNorm();
+    if (dot <= 0.0) return offset2 <= distance2;
+    if (dot >= length2_) return offset2 - 2.0 * dot + length2_ <= distance2;
+    return (offset2 - distance2) * length2_ <= dot * dot;
+  }
+
+ private:
+  Vec3 a_, along_;
+  double length2_;
+};
 
 // The plane of the layer in one tet.
 struct Plane {
@@ -306,13 +314,14 @@ class Coarsener {
     if (free_v == Freedom::fixed && free_u == Freedom::fixed) return false;
     tolerance2_ = tolerance_mm * tolerance_mm;
     const Vec3 &a = at_[p], &b = at_[v], &c = at_[u], chord = at_[n] - a;
-    const Vec3 normal = mean_normal(v, u), across = chord.cross(normal);
+    const bool in_plane = free_v == Freedom::plane && free_u == Freedom::plane;
+    const Vec3 normal = in_plane ? planes_[planes_of_[v][0]].normal : mean_normal(v, u), across = chord.cross(normal);
     const double across2 = across.squaredNorm();
     if (!(across2 > kSmallest)) return false;
     // (x - p) . across is twice the area of p x n.
     const double wanted = (b - a).cross(c - a).dot(normal) + (c - a).dot(across);
     const auto missing = [&](const Vec3& x) { return wanted - (x - a).dot(across); };
-    if (free_v == Freedom::plane && free_u == Freedom::plane) {
+    if (in_plane) {
       for (const Vec3& base : {Vec3(0.5 * (b + c)), c, b}) {
         if (try_border(p, v, u, n, base + missing(base) / across2 * across)) return true;
       }
@@ -367,14 +376,14 @@ class Coarsener {
     const auto at_place = [&](Index i) { return i >= loop.count ? i - loop.count : i; };
     const auto point = [&](Index i) -> const Vec3& { return border_points_[loop.first + at_place(i)]; };
     const Index first = place_[p], last = place_[n] > first ? place_[n] : place_[n] + loop.count;
-    const Vec3 &before = at_[p], &after = at_[n];
+    const Segment to_x(at_[p], x), from_x(x, at_[n]);
     for (Index i = first + 1; i < last; ++i) {
-      if (!within_of_segment(point(i), before, x, tolerance2_) && !within_of_segment(point(i), x, after, tolerance2_)) return false;
+      if (!to_x.within(point(i), tolerance2_) && !from_x.within(point(i), tolerance2_)) return false;
     }
     double nearest = std::numeric_limits<double>::infinity();
     bool beside = false;
     for (Index i = first; i < last; ++i) {
-      beside = beside || within_of_segment(x, point(i), point(i + 1), tolerance2_);
+      beside = beside || Segment(point(i), point(i + 1)).within(x, tolerance2_);
       const double distance = (point(i) - x).squaredNorm();
       if (i == first || distance >= nearest) continue;
       nearest = distance;
