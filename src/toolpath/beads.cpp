@@ -18,6 +18,7 @@ constexpr double kLargestTurn = 0.94;         // cosine of the angle between the
 constexpr double kShort = 0.005;              // mm; a shorter segment joins its neighbour whatever lies under it
 constexpr double kLongest = 5.0;              // mm
 constexpr double kLongestIrregular = 1.2;     // mm
+constexpr double kEqual = 1e-3;               // relative, between thicknesses taken as one
 constexpr int kMostJoined = 64;
 
 struct Range {
@@ -28,15 +29,19 @@ struct Range {
   [[nodiscard]] bool within(double x, double tolerance) const { return high <= x * (1.0 + tolerance) && low >= x * (1.0 - tolerance); }
 };
 
-// What lies under the segments that are joined into one. Short ones have no say unless all are short.
+// What lies under the segments that are joined into one. Short ones have no say unless all are short, or several in a row lie on
+// triangles equally thick: across the narrow triangles of a fan.
 struct Run {
   double length = 0.0, thickness = 0.0, rise = 0.0, weight = 0.0;  // middle two: sums by weight
   Range all, stretches;
   bool irregular = false, clipped = false;  // clipped: by the platform
+  double together = 0.0, last_thickness = 0.0;  // of the segments in a row that are equally thick
 
   void add(double l, double t, double r, bool is_clipped, bool is_irregular) {
     clipped = clipped || is_clipped;
-    const bool counts = l >= kShort;
+    together = std::abs(t - last_thickness) <= kEqual * t ? together + l : l;
+    last_thickness = t;
+    const bool counts = together >= kShort;
     if (counts && all.high == 0.0) thickness = rise = weight = 0.0;
     if (counts || all.high == 0.0) thickness += l * t, rise += l * r, weight += l;
     length += l;
