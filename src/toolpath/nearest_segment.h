@@ -18,10 +18,9 @@ struct Segment {
   Segment(const Vec3& start, const Vec3& way, const Vec3& across)
       : from(start), along(way), normal(across), length(way.norm()), inverse_squared_length(length > 1e-12 ? 1.0 / (length * length) : 0.0) {}
 
-  [[nodiscard]] double squared_distance(const Vec3& place) const {
-    const Vec3 out = place - from;
-    return (out - std::clamp(out.dot(along) * inverse_squared_length, 0.0, 1.0) * along).squaredNorm();
-  }
+  // Of the way along it to the point nearest to a place, 0 to 1.
+  [[nodiscard]] double part(const Vec3& place) const { return std::clamp((place - from).dot(along) * inverse_squared_length, 0.0, 1.0); }
+  [[nodiscard]] double squared_distance(const Vec3& place) const { return (place - from - part(place) * along).squaredNorm(); }
 };
 
 // A place on a surface; its normal need not be of unit length.

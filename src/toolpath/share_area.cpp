@@ -145,6 +145,12 @@ class AreaShares {
     }
   }
 
+  static std::pair<int, double> longest_edge(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
+    if (ab >= bc && ab >= ca) return {0, ab};
+    return bc >= ca ? std::pair{1, bc} : std::pair{2, ca};
+  }
+
   // Most places have a track close by; the others are looked for again, farther out.
   void find_owners() {
     owner_ = nearest_segments(places_, segments_, kReach * beads_.width);
@@ -233,12 +239,8 @@ class AreaShares {
 
   // Halves what is too large across its longest edge.
   void cut(const Part& part) {
-    int longest = 0;
-    double squared = 0.0;
-    for (int i = 0; i < 3; ++i) {
-      const double s = (places_[part.corners[next3(i)]].position - places_[part.corners[i]].position).squaredNorm();
-      if (s > squared) squared = s, longest = i;
-    }
+    const auto position = [&](int i) -> const Vec3& { return places_[part.corners[i]].position; };
+    const auto [longest, squared] = longest_edge(position(0), position(1), position(2));
     if (squared <= kLarge * kLarge * beads_.width * beads_.width) {
       parts_.push_back(part);
       return;
@@ -255,22 +257,21 @@ class AreaShares {
   // To whom a triangle belongs is told by its corners: to one track, to two with the straight line between them, or to
   // three. Its parts that belong to the owners of its corners.
   [[nodiscard]] std::array<double, 3> shares_of(const std::array<Index, 3>& corners) const {
+    constexpr double kThird = 1.0 / 3.0;
     const std::array<Index, 3> owner = {owner_[corners[0]], owner_[corners[1]], owner_[corners[2]]};
     int lone = 0;  // the corner that may belong to another track than the two others
     while (lone < 3 && !adjoin(owner[next3(lone)], owner[prev3(lone)])) ++lone;
     const auto distances_from = [&](Index segment) -> std::array<double, 3> {
       if (segment == kNone) return {kFar, kFar, kFar};
       std::array<double, 3> distances;
-      for (int i = 0; i < 3; ++i) distances[i] = distance_from(places_[corners[i]].position, segment, owner[i] == segment);
+      for (int i = 0; i < 3; ++i) distances[i] = distance_from(places_[corners[i]].position, segment);
       return distances;
     };
     if (lone == 3) return least_parts({distances_from(owner[0]), distances_from(owner[1]), distances_from(owner[2])});
     const Index here = owner[lone], there = owner[next3(lone)];
-    double own = 1.0 / 3.0;
-    if (!adjoin(here, there) && here != kNone && there != kNone) {
-      const std::array<double, 3> from_here = distances_from(here), from_there = distances_from(there);
-      own = positive_part({from_there[0] - from_here[0], from_there[1] - from_here[1], from_there[2] - from_here[2]});
-    }
+    if (here == kNone || there == kNone || adjoin(here, there)) return {kThird, kThird, kThird};
+    const std::array<double, 3> from_here = distances_from(here), from_there = distances_from(there);
+    const double own = positive_part({from_there[0] - from_here[0], from_there[1] - from_here[1], from_there[2] - from_here[2]});
     std::array<double, 3> shares;
     shares.fill(0.5 * (1.0 - own));
     shares[lone] = own;
@@ -282,15 +283,16 @@ class AreaShares {
     return a != kNone && b != kNone && std::abs(a - b) <= kAdjoining && track_[a] == track_[b];
   }
 
-  // The distance of a place from a track, found downhill from one of its segments, unless that is known to be the nearest.
-  [[nodiscard]] double distance_from(const Vec3& place, Index segment, bool nearest) const {
+  // The distance of a place from a track, found downhill from one of its segments.
+  [[nodiscard]] double distance_from(const Vec3& place, Index segment) const {
     double least = segments_[segment].squared_distance(place);
-    for (const Index step : {-1, 1}) {
-      for (Index s = segment + step; !nearest && s >= 0 && s < static_cast<Index>(segments_.size()) && adjoin(s, segment); s += step) {
-        const double squared = segments_[s].squared_distance(place);
-        if (squared > least) break;
-        least = squared;
-      }
+    const double part = segments_[segment].part(place);
+    if (part > 0.0 && part < 1.0) return std::sqrt(least);
+    const Index step = part > 0.0 ? 1 : -1;
+    for (Index s = segment + step; s >= 0 && s < static_cast<Index>(segments_.size()) && adjoin(s, segment); s += step) {
+      const double squared = segments_[s].squared_distance(place);
+      if (squared > least) break;
+      least = squared;
     }
     return std::sqrt(least);
   }
