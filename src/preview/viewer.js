@@ -6,21 +6,40 @@
   // ---------------------------------------------------------------- data
   const scene = JSON.parse(document.getElementById('scene').textContent);
 
-  function decode(text) {
-    const binary = atob(text), bytes = new Uint8Array(binary.length);
-    for (let i = 0; i < bytes.length; ++i) bytes[i] = binary.charCodeAt(i);
-    return bytes.buffer;
-  }
   const dataElement = document.getElementById('data');
-  const raw = decode(dataElement.textContent);
+  const data = dataElement.textContent;
   dataElement.remove();
 
   const kTypes = {Uint8Array, Int8Array, Uint16Array, Int16Array, Uint32Array, Int32Array, Float32Array};
+  // `count` numbers of a buffer, decoded from the text that holds them: three bytes are four letters.
+  function decoded(b, first, count) {
+    const type = kTypes[b.type], from = b.offset + first * type.BYTES_PER_ELEMENT, skipped = from % 3;
+    const bytes = new Uint8Array(count * type.BYTES_PER_ELEMENT);
+    const binary = atob(data.slice((from - skipped) / 3 * 4, Math.ceil((from + bytes.length) / 3) * 4));
+    for (let i = 0; i < bytes.length; ++i) bytes[i] = binary.charCodeAt(i + skipped);
+    return new type(bytes.buffer);
+  }
+  const known = new Map();
   function buffer(name) {
     const b = scene.buffers[name];
-    return b ? new kTypes[b.type](raw, b.offset, b.count) : null;
+    if (!b) return null;
+    if (!known.has(name)) known.set(name, decoded(b, 0, b.count));
+    return known.get(name);
   }
   function present(name) { return !!scene.buffers[name] && scene.buffers[name].count > 0; }
+  // Adds fields to an object that are made, all at once, when one of them is first asked for; `made` says whether they are.
+  function lazily(object, names, make) {
+    object.made = false;
+    for (const name of names) {
+      Object.defineProperty(object, name, {configurable: true, get() {
+        const fields = make();
+        object.made = true;
+        for (const each of names) Object.defineProperty(object, each, {value: fields[each], writable: true});
+        return object[name];
+      }});
+    }
+    return object;
+  }
 
   const box = scene.box;
   const low = new THREE.Vector3().fromArray(box.low), high = new THREE.Vector3().fromArray(box.high);
@@ -70,18 +89,23 @@
   };
 
   // ---------------------------------------------------------------- renderer and shaders
-  const canvas = $('canvas');
+  let canvas = $('canvas');
   // A renderer that runs on the processor pays for smooth edges with half its speed.
-  function drawnByProcessor() {
-    const gl = document.createElement('canvas').getContext('webgl');
+  function makeRenderer() {
+    const gl = canvas.getContext('webgl', {alpha: false, depth: true, stencil: true, antialias: false, preserveDrawingBuffer: true});
     const info = gl && gl.getExtension('WEBGL_debug_renderer_info');
     const name = info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
+    if (gl && /swiftshader|llvmpipe|software|basic render/i.test(name)) return new THREE.WebGLRenderer({canvas, context: gl, preserveDrawingBuffer: true});
+    // What a canvas was first asked for stays: smooth edges need a new one.
     if (gl && gl.getExtension('WEBGL_lose_context')) gl.getExtension('WEBGL_lose_context').loseContext();
-    return /swiftshader|llvmpipe|software|basic render/i.test(name);
+    const fresh = canvas.cloneNode();
+    canvas.replaceWith(fresh);
+    canvas = fresh;
+    return new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
   }
   let renderer;
   try {
-    renderer = new THREE.WebGLRenderer({canvas, antialias: !drawnByProcessor(), preserveDrawingBuffer: true});
+    renderer = makeRenderer();
   } catch (error) {
     $('note').textContent = 'This browser offers no WebGL, so the part cannot be drawn. The report works.';
   }
@@ -161,6 +185,7 @@
       vertexShader: kVertexCommon + vertex, fragmentShader: kFragmentCommon + fragment,
       uniforms: Object.assign({}, uniforms, own)}, options));
     made.extensions.derivatives = true;
+    if (cutting) made.defines = {CUT: 1};
     materials.push(made);
     return made;
   }
@@ -327,9 +352,14 @@
   // ---------------------------------------------------------------- layers
   function makeLayers(name, colour, dark) {
     if (!scene.buffers[name + '_triangles']) return null;
-    const sheetLayer = buffer(name + '_sheet_layer'), triangles = buffer(name + '_sheet_triangles');
-    const chains = buffer(name + '_sheet_chains'), counts = buffer(name + '_outline_counts');
+    const sheetLayer = buffer(name + '_sheet_layer');
     if (!sheetLayer.length) return null;
+    layerRange.low = Math.min(layerRange.low, sheetLayer[0]);
+    layerRange.high = Math.max(layerRange.high, sheetLayer[sheetLayer.length - 1]);
+    return lazily({}, ['fill', 'lines', 'range'], () => drawnLayers(name, sheetLayer, colour, dark));
+  }
+  function drawnLayers(name, sheetLayer, colour, dark) {
+    const triangles = buffer(name + '_sheet_triangles'), chains = buffer(name + '_sheet_chains'), counts = buffer(name + '_outline_counts');
     const vertices = buffer(name + '_vertices'), index = buffer(name + '_triangles');
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', positions(buffer(name + '_outline')));
@@ -349,8 +379,6 @@
       return {index: few.index.map((_, i) => few.index[last - i + 2 * (i % 3)]), ends: few.ends};
     });
     lines.detail = detailed(geometry, (level) => fewChains(counts, kSegments[level]));
-    layerRange.low = Math.min(layerRange.low, sheetLayer[0]);
-    layerRange.high = Math.max(layerRange.high, sheetLayer[sheetLayer.length - 1]);
     return {
       fill, lines,
       range(from, to, wanted) {
@@ -369,7 +397,6 @@
 
   // ---------------------------------------------------------------- skeleton
   function makeSkeleton() {
-    if (!present('edge_radius')) return null;
     const ends = buffer('edge_ends'), radius = buffer('edge_radius'), branches = buffer('edge_branches');
     const most = branches.reduce((a, b) => Math.max(a, b), 1);
     const values = new Float32Array(2 * radius.length);
@@ -438,18 +465,28 @@
     });
     return {most, thin: tube(1, 0.3, diagonal / 900), full: tube(0, 1, 0), lines};
   }
-  const skeleton = makeSkeleton();
+  const skeleton = present('edge_radius') ? lazily({}, ['most', 'thin', 'full', 'lines'], makeSkeleton) : null;
 
   // ---------------------------------------------------------------- toolpaths
   const kChunk = 10000;  // beads: at most 60 000 vertices
   function makePaths() {
     if (!present('path_positions')) return null;
-    const position = buffer('path_positions'), axis = buffer('path_axes'), counts = buffer('path_counts');
+    const counts = buffer('path_counts'), kinds = buffer('path_kinds'), layer = buffer('path_layers'), times = buffer('path_times');
+    const first = new Uint32Array(counts.length + 1);
+    counts.forEach((points, p) => { first[p + 1] = first[p] + points; });
+    const [lowest, highest] = layer.reduce(([a, b], k) => [Math.min(a, k), Math.max(b, k)], [0, 0]);
+    layerRange.low = Math.min(layerRange.low, lowest);
+    layerRange.high = Math.max(layerRange.high, highest);
+    uniforms.uFirstLayer.value = lowest;
+    const all = {counts, first, times, kinds, layer};
+    return lazily(all, ['chunks', 'lines', 'time', 'at', 'axis', 'ranges'], () => drawnPaths(all, lowest));
+  }
+  function drawnPaths({counts, first, times, kinds, layer}, lowest) {
+    const position = buffer('path_positions'), axis = buffer('path_axes');
     const heights = buffer('path_heights'), widths = buffer('path_widths'), feeds = buffer('path_feeds');
-    const kinds = buffer('path_kinds'), layer = buffer('path_layers'), times = buffer('path_times');
     const count = heights.length;
     const where = new Uint16Array(4 * count), bytes = new Uint8Array(4 * count), turned = new Int8Array(4 * count);
-    const time = new Float32Array(count), first = new Uint32Array(counts.length + 1);
+    const time = new Float32Array(count);
     const at = (i, k) => low.getComponent(k) + size.getComponent(k) * position[3 * i + k] / 65535;
     const [sx, sy, sz] = size.toArray().map((s) => s / 65535);
     const distance = (i, j) => {
@@ -457,14 +494,9 @@
       const z = sz * (position[3 * i + 2] - position[3 * j + 2]);
       return Math.sqrt(x * x + y * y + z * z);
     };
-    const [lowest, highest] = layer.reduce(([a, b], k) => [Math.min(a, k), Math.max(b, k)], [0, 0]);
-    layerRange.low = Math.min(layerRange.low, lowest);
-    layerRange.high = Math.max(layerRange.high, highest);
-    uniforms.uFirstLayer.value = lowest;
     const heightCount = new Uint32Array(256);
     let leastUp = 1, leastFeed = 255;
     for (let p = 0; p < counts.length; ++p) {
-      first[p + 1] = first[p] + counts[p];
       let length = 0;
       for (let i = first[p]; i < first[p + 1]; ++i) {
         where[4 * i] = position[3 * i]; where[4 * i + 1] = position[3 * i + 1]; where[4 * i + 2] = position[3 * i + 2];
@@ -606,7 +638,7 @@
       for (; h < 255 && below + heightCount[h] <= share * count; ++h) below += heightCount[h];
       return h / 255 * paths.max_height_mm;
     };
-    return {chunks, lines, counts, first, times, time, kinds, layer, at, axis, count,
+    return {chunks, lines, time, at, axis,
       ranges: {height: [heightAt(0.01), heightAt(0.99)], tilt: [0, Math.acos(leastUp) * 180 / Math.PI],
         speed: [leastFeed / 255 * paths.max_feed_mm_s, paths.max_feed_mm_s], order: [0, paths.end_s]}};
   }
@@ -629,7 +661,6 @@
   const toolpaths = makePaths();
 
   function makeTravels() {
-    if (!present('travel_points')) return null;
     const source = buffer('travel_points'), counts = buffer('travel_counts'), times = buffer('travel_times');
     const a = new THREE.Vector3().fromArray(scene.travel_box.low);
     const s = new THREE.Vector3().fromArray(scene.travel_box.high).sub(a);
@@ -652,7 +683,7 @@
     lines.detail = detailed(geometry, (level) => fewChains(counts, kSegments[level]));
     return {lines, points, times, counts, first};
   }
-  const travels = makeTravels();
+  const travels = present('travel_points') ? lazily({}, ['lines', 'points', 'times', 'counts', 'first'], makeTravels) : null;
 
   // ---------------------------------------------------------------- nozzle
   function makeNozzle() {
@@ -683,6 +714,8 @@
   const withoutChanges = paths && printTime > 1.01 * paths.end_s ? ' (without material changes)' : '';
   // Where the nozzle is at state.time, and what it does there.
   function placeNozzle() {
+    const finished = `finished after ${clockText(paths.end_s)}${withoutChanges} · ${toolpaths.counts.length} paths`;
+    if (state.time >= paths.end_s) return finished;
     const path = Math.max(lastAtMost(toolpaths.times, 2, state.time), 0);
     const axis = new THREE.Vector3(0, 0, 1), position = new THREE.Vector3();
     const travel = travels ? lastAtMost(travels.times, 2, state.time) : -1;
@@ -703,7 +736,6 @@
     }
     nozzle.position.copy(position);
     nozzle.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
-    if (state.time >= paths.end_s) return `finished after ${clockText(paths.end_s)}${withoutChanges} · ${toolpaths.counts.length} paths`;
     const material = toolpaths.kinds[path] & 1 ? 'support' : 'part';
     const tilt = Math.acos(Math.min(Math.max(axis.z, -1), 1)) * 180 / Math.PI;
     return `${clockText(state.time)} of ${clockText(paths.end_s)}${withoutChanges} · ${moving ? 'travel' : material} · layer ${toolpaths.layer[path]} · ` +
@@ -792,8 +824,11 @@
   // Some of the points that are drawn, from the middle of the box: what a view of everything has to hold.
   const fitPoints = [];
   for (const name of ['model_vertices', 'support_layers_vertices', 'model_layers_vertices', 'path_positions', 'edge_ends']) {
-    const all = buffer(name) || [], step = 3 * Math.ceil(all.length / 3 / 1500);
-    for (let i = 0; i + 2 < all.length; i += step) fitPoints.push([0, 1, 2].map((k) => (all[i + k] / 65535 - 0.5) * size.getComponent(k)));
+    const b = scene.buffers[name], count = b ? b.count : 0, step = 3 * Math.ceil(count / 3 / 1500);
+    for (let i = 0; i + 2 < count; i += step) {
+      const p = known.has(name) ? known.get(name).subarray(i, i + 3) : decoded(b, i, 3);
+      fitPoints.push([0, 1, 2].map((k) => (p[k] / 65535 - 0.5) * size.getComponent(k)));
+    }
   }
   function fitted(azimuth, elevation) {
     const aspect = Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
@@ -928,22 +963,22 @@
       object.renderOrder = glass ? 3 : 0;
     }
     for (const name of ['model', 'support']) {
-      if (!layers[name]) continue;
       const on = show[name + '_layers'];
+      if (!layers[name] || !(on || layers[name].made)) continue;
       if (on) layers[name].range(from, to, level);
       set(layers[name].fill, on);
       set(layers[name].lines, on && level < 3);
       layers[name].lines.material.uniforms.uOpacity.value = Math.min(Math.max(layerPixels() / 6, 0.2), 1);
     }
     for (const part of [parts.model, parts.overhang]) if (part && part.visible) part.detail(level);
-    if (skeleton) {
+    if (skeleton && (show.skeleton || show.struts || skeleton.made)) {
       set(skeleton.thin, show.skeleton && level < 2);
       set(skeleton.full, show.struts && level < 2);
       set(skeleton.lines, (show.skeleton || show.struts) && level >= 2);
       skeleton.lines.material.uniforms.uByCount.value = show.skeleton ? 1 : 0;
       if (skeleton.lines.visible) skeleton.lines.detail(level);
     }
-    if (travels) {
+    if (travels && (show.travel || travels.made)) {
       set(travels.lines, show.travel);
       if (show.travel) travels.lines.detail(level);
     }
@@ -952,22 +987,10 @@
     uniforms.uMaterials.value.set(show.model_paths ? 1 : 0, show.support_paths ? 1 : 0);
     if (toolpaths) {
       const any = show.model_paths || show.support_paths;
-      const done = lastAtMost(toolpaths.times, 2, state.time);
-      const last = toolpaths.first[done + 1] || 0;
-      wantedChunks = any ? toolpaths.chunks.filter((c) => c.begin < last && c.from <= to && c.to >= from &&
-        (c.kinds.has(0) && show.model_paths || c.kinds.has(1) && show.support_paths)) : [];
-      const asBeads = level < 2 && beadsAffordable(kChunk * wantedChunks.length, moving);
-      for (const chunk of toolpaths.chunks) chunk.mesh.visible = false;
-      if (asBeads) for (const chunk of wantedChunks) chunk.make().visible = true;
-      set(toolpaths.lines, any && !asBeads);
-      if (toolpaths.lines.visible) toolpaths.lines.detail(level);
+      if (any || toolpaths.made) showPaths(any, from, to, level, moving);
       const text = placeNozzle();
       if (nozzle.visible !== (any && state.time < paths.end_s)) { nozzle.visible = !nozzle.visible; legend(); }
       if (controls.clock && controls.clock.textContent !== text) controls.clock.textContent = text;
-      const modes = ['material', 'height', 'tilt', 'speed', 'order'];
-      uniforms.uMode.value = modes.indexOf(state.colour);
-      const range = toolpaths.ranges[state.colour];
-      if (range) uniforms.uRange.value.set(range[0], range[1]);
     }
     axes.material.uniforms.uPixels.value.set(canvas.clientWidth, canvas.clientHeight);
     const k = 'xyz'.indexOf(state.axis);
@@ -978,6 +1001,22 @@
       n[k] = sign;
       uniforms.uPlane.value.set(n[0], n[1], n[2], sign * at);
     }
+  }
+  function showPaths(any, from, to, level, moving) {
+    const set = (object, on) => { object.visible = on; };
+    const done = lastAtMost(toolpaths.times, 2, state.time);
+    const last = toolpaths.first[done + 1] || 0;
+    wantedChunks = any ? toolpaths.chunks.filter((c) => c.begin < last && c.from <= to && c.to >= from &&
+      (c.kinds.has(0) && state.show.model_paths || c.kinds.has(1) && state.show.support_paths)) : [];
+    const asBeads = level < 2 && beadsAffordable(kChunk * wantedChunks.length, moving);
+    for (const chunk of toolpaths.chunks) chunk.mesh.visible = false;
+    if (asBeads) for (const chunk of wantedChunks) chunk.make().visible = true;
+    set(toolpaths.lines, any && !asBeads);
+    if (toolpaths.lines.visible) toolpaths.lines.detail(level);
+    const modes = ['material', 'height', 'tilt', 'speed', 'order'];
+    uniforms.uMode.value = modes.indexOf(state.colour);
+    const range = toolpaths.ranges[state.colour];
+    if (range) uniforms.uRange.value.set(range[0], range[1]);
   }
   // What a bead costs here is measured when the first ones are drawn over the lines of a still picture.
   let beadCost = 0, wantedChunks = [];  // ms a bead
@@ -1001,7 +1040,7 @@
     applyState(level, moving);
     if (moving) { renderer.render(world, camera); return; }
     // What was printed last hides most of the rest.
-    if (toolpaths && toolpaths.lines.visible) missing = wantedChunks.slice().reverse();
+    if (toolpaths && toolpaths.made && toolpaths.lines.visible) missing = wantedChunks.slice().reverse();
     const nozzleLast = missing.length > 0 && nozzle.visible;  // see-through, so it comes after the beads
     if (nozzleLast) nozzle.visible = false;
     state.quality = levelFor(timedRender());
@@ -1351,6 +1390,7 @@
   $('keys').append(el('table', {}, ...kKeys.map(([key, text]) => el('tr', {}, el('td', {}, el('kbd', {}, key)), el('td', {}, text)))));
 
   function tab(report) {
+    if (report && !$('report').firstChild) window.curvesupReport.build($('report'), scene, {el, short, clockText});
     $('report').hidden = !report;
     $('view').hidden = report;
     $('tab-report').classList.toggle('active', report);
@@ -1372,7 +1412,6 @@
     $('verdict').className = failedCount ? 'bad-back' : 'good-back';
   }
   buildPanel();
-  window.curvesupReport.build($('report'), scene, {el, short, clockText});
   if (scene.inspect) { state.show.overhang = false; refresh(); } else preset('part');
   Object.assign(view, fitted(...kHome));
   window.addEventListener('resize', wake);

@@ -167,6 +167,40 @@ def check_detail(browser):
     expect(raised == 0, f"fast frames leave the detail at level {raised}")
 
 
+def check_frames(browser):
+    """A machine that needs too long for a frame gets less to draw until 30 frames a second hold, and no less than that. The
+    page's clock is replaced, so the machine that runs the test does not matter."""
+    browser.settle()
+    slow, fast = browser.run("""
+        const now = performance.now, ask = window.requestAnimationFrame, canvas = document.getElementById('canvas');
+        let clock = performance.now() + 1e4, waiting = null;
+        performance.now = () => clock;
+        window.requestAnimationFrame = (frame) => { waiting = frame; return 0; };
+        // Turning the wheel for so many frames; a frame takes what the level costs.
+        const drive = (frames, cost) => {
+          const levels = [];
+          for (let i = 0; i < frames; ++i) {
+            canvas.dispatchEvent(new WheelEvent('wheel', {deltaY: i % 2 ? 1 : -1, cancelable: true}));
+            clock += cost[window.curvesup.state.quality];
+            levels.push(window.curvesup.state.quality);
+            waiting(clock);
+          }
+          return levels;
+        };
+        window.curvesup.state.quality = 0;
+        const slow = drive(24, [140, 90, 60, 25, 8]), fast = drive(80, [4, 4, 4, 4, 4]);
+        clock += 1e4;
+        for (let i = 0; i < 50 && !window.curvesup.still(); ++i) waiting(clock += 16);
+        performance.now = now;
+        window.requestAnimationFrame = ask;
+        return [slow, fast];""")
+    expect(slow[0] == 0 and slow[12] == 3, f"after twelve slow frames the detail is at level {slow[12]}")
+    expect(all(level == 3 for level in slow[12:]), f"the detail does not stay where 30 frames a second hold: {slow[12:]}")
+    expect(fast[-1] < 3, "fast frames do not raise the detail again")
+    browser.run("document.getElementById('home').click()")
+    browser.settle()
+
+
 def main(page, stored, actual):
     if chromium() is None:
         print("chromium and chromedriver are not installed")
@@ -191,6 +225,7 @@ def main(page, stored, actual):
         check_report(browser)
         check_phone(browser)
         check_detail(browser)
+        check_frames(browser)
         for message in browser.log():
             expect(False, "console: " + message)
     for failure in failures:
