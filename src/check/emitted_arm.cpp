@@ -290,6 +290,11 @@ ArmFrame frame_of(const Pose& pose) { return {rotation_from(pose.rotation_vector
 
 ArmFrame tool_frame_at(const Arm& arm, const Pose& tcp, const Joints& joints) { return LinkChain(arm, tcp).at(joints).tool; }
 
+std::array<Vec3, 5> link_points_at(const Arm& arm, const Joints& joints) {
+  const auto state = LinkChain(arm, Pose{}).at(joints);
+  return {state.origin[2], state.origin[3], state.origin[4], state.origin[5], state.tool.position};
+}
+
 double planned_length_m(const Pose& from, const Pose& to, double rotation_rad_per_m) {
   return std::max((to.position_m - from.position_m).norm(), (to.rotation_vector - from.rotation_vector).norm() / rotation_rad_per_m);
 }

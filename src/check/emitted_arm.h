@@ -18,6 +18,9 @@ struct ArmFrame {
 // The tool centre point's frame at `joints`.
 [[nodiscard]] ArmFrame tool_frame_at(const Arm& arm, const Pose& tcp, const Joints& joints);
 
+// Elbow, the ends of the links behind it, and the flange: origins of the frames behind joints 2 to 6, metres.
+[[nodiscard]] std::array<Vec3, 5> link_points_at(const Arm& arm, const Joints& joints);
+
 // Length over which the controller spreads a printing move: the way, or the turn by its rotation rule; metres.
 [[nodiscard]] double planned_length_m(const Pose& from, const Pose& to, double rotation_rad_per_m);
 

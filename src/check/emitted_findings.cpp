@@ -39,6 +39,7 @@ constexpr RuleText kRules[] = {
     {Rule::source_points, "rule_19_source_points", "mm, points of toolpaths.vtp from the emitted tip polylines"},
     {Rule::path_order, "rule_19_path_order", "every path of toolpaths.vtp once, in order, whole"},
     {Rule::travel_lift, "rule_20_travel_lift", "travels leave and arrive along the nozzle and lift enough"},
+    {Rule::clearance, "rule_21_clearance", "head and arm touch neither platform nor what is laid before"},
     {Rule::timeouts, "rule_22_timeouts", "waits return on the answer; without it they lift, warn and halt in time"},
     {Rule::strings, "rule_23_strings", "strings below 255 characters, closed"},
     {Rule::part_end, "rule_24_part_end", "a part ends with the nozzle off the bead, outputs reset, sockets closed"},

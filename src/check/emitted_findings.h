@@ -39,6 +39,7 @@ enum class Rule {
   source_points,
   path_order,
   travel_lift,
+  clearance,
   timeouts,
   strings,
   part_end,

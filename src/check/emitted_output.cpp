@@ -136,7 +136,9 @@ CheckOutputResult check_output(const fs::path& out_folder, const Machine& machin
     findings.merge(programs.job.findings);
     check_sync(programs, machine, findings, result.figures);
     run.progress(0.8);
-    check_paths(programs, out_folder / "toolpaths.vtp", machine, run, findings, result.figures);
+    const std::vector<PathBead> beads = check_paths(programs, out_folder / "toolpaths.vtp", machine, run, findings, result.figures);
+    run.progress(0.9);
+    check_clearance(programs, beads, machine, run, findings);
   }
   check_manifest(programs, out_folder, findings);
   EmittedFigures& figures = result.figures;

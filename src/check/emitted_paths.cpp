@@ -22,6 +22,7 @@ struct SourcePaths {
   std::vector<double> volume_mm3;
   std::vector<int> first;  // of each path; one more at the end
   std::vector<int> layer, group, material, kind;
+  std::vector<PathBead> beads;
 
   [[nodiscard]] std::size_t count() const { return layer.size(); }
 };
@@ -43,6 +44,7 @@ SourcePaths read_source(const std::filesystem::path& file) {
   const auto normals = values_of<double>(data.point_data, "normal", 3 * points);
   const auto offsets = values_of<double>(data.point_data, "tip_offset_mm", points);
   const auto volumes = values_of<double>(data.point_data, "volume_mm3", points);
+  const auto widths = values_of<double>(data.point_data, "width_mm", points);
   SourcePaths source;
   source.layer = values_of<int>(data.cell_data, "layer", paths);
   source.material = values_of<int>(data.cell_data, "material", paths);
@@ -55,6 +57,14 @@ SourcePaths read_source(const std::filesystem::path& file) {
     source.normals.emplace_back(normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]);
     source.tips.push_back(data.points[i] + offsets[i] * source.normals.back());
     source.volume_mm3.push_back(volumes[i]);
+  }
+  source.beads.resize(paths);
+  for (std::size_t path = 0; path < paths; ++path) {
+    for (int p = source.first[path]; p < source.first[path + 1]; ++p) {
+      const auto i = static_cast<std::size_t>(data.line_points[static_cast<std::size_t>(p)]);
+      PathBead& bead = source.beads[path];
+      bead = {std::max(bead.height_mm, 2.0 * offsets[i]), std::max(bead.width_mm, widths[i])};
+    }
   }
   return source;
 }
@@ -306,11 +316,14 @@ class TravelCheck {
 
 }  // namespace
 
-void check_paths(const Programs& programs, const std::filesystem::path& toolpaths_file, const Machine& machine, const RunContext& run,
-                 Findings& findings, EmittedFigures& figures) {
+std::vector<PathBead> check_paths(const Programs& programs, const std::filesystem::path& toolpaths_file, const Machine& machine, const RunContext& run,
+                                  Findings& findings, EmittedFigures& figures) {
   run.check_stop();
-  PathCheck(programs, read_source(toolpaths_file), machine, findings, figures).run();
+  SourcePaths source = read_source(toolpaths_file);
+  std::vector<PathBead> beads = std::move(source.beads);
+  PathCheck(programs, std::move(source), machine, findings, figures).run();
   TravelCheck(programs, machine, findings).run();
+  return beads;
 }
 
 }  // namespace curvesup::emitted

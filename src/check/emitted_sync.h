@@ -56,9 +56,18 @@ struct Programs {
 // Rules 34 to 38, sync_*; fills chains.
 void check_sync(Programs& programs, const Machine& machine, Findings& findings, EmittedFigures& figures);
 
-// Rules 15, 19, 20, 30, 32 against toolpaths.vtp.
-void check_paths(const Programs& programs, const std::filesystem::path& toolpaths_file, const Machine& machine, const RunContext& run,
+// The largest bead of a path.
+struct PathBead {
+  double height_mm = 0.0;  // twice the tip offset
+  double width_mm = 0.0;
+};
+
+// Rules 15, 19, 20, 30, 32 against toolpaths.vtp; the beads of its paths.
+std::vector<PathBead> check_paths(const Programs& programs, const std::filesystem::path& toolpaths_file, const Machine& machine, const RunContext& run,
                  Findings& findings, EmittedFigures& figures);
+
+// Rule 21: head and arm at poses along chains and travels, against platform and what is laid by then.
+void check_clearance(const Programs& programs, const std::vector<PathBead>& beads, const Machine& machine, const RunContext& run, Findings& findings);
 
 // manifest_* and rule 40.
 void check_manifest(const Programs& programs, const std::filesystem::path& folder, Findings& findings);

@@ -312,6 +312,7 @@ const std::vector<Mutation>& mutations() {
         print.files.insert(std::move(moved));
       }),
       erase_line("WaitsForEachOther", "sync_deadlock", kPart1, " set_standard_digital_out(0, True)", 3),
+      number("HeadInThePlatform", "rule_21_clearance", kPart1, " movep(p[", 3, plus(1.4), 3),
       // ---- manifest
       custom("SwappedParts", "manifest_parts", [](WrittenPrint& print) { std::swap(print.parts[0], print.parts[1]); }),
       custom("WrongOffset", "manifest_offsets", [](WrittenPrint& print) { print.parts[1]["duet_offset"] = print.parts[1]["duet_offset"].get<int>() + 1; }),

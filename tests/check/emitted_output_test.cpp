@@ -27,6 +27,45 @@ TEST(CheckOutput, SoundPrintPassesEveryCheck) {
   EXPECT_EQ(figures.paths, 7u);
 }
 
+bool holds(const CheckOutputResult& result, const std::string& name) {
+  for (const Check& check : result.checks) {
+    if (check.name == "emitted." + name) return check.ok;
+  }
+  ADD_FAILURE() << "no check " << name;
+  return false;
+}
+
+void expect_only(const CheckOutputResult& result, const std::string& name) {
+  for (const Check& check : result.checks) EXPECT_EQ(check.ok, check.name != "emitted." + name) << check.name << ": " << check.detail;
+}
+
+// A bead beside a wall that is 10 mm higher.
+Toolpaths bead_beside_wall() {
+  Toolpaths toolpaths;
+  const auto row = [&](double y, double z, Index layer) {
+    std::vector<Vec3> positions;
+    for (int i = 0; i <= 40; ++i) positions.push_back(Vec3(i - 20.0, y, z));
+    shapes::add_path(toolpaths, positions, std::vector<Vec3>(positions.size(), Vec3::UnitZ()), layer);
+  };
+  for (int k = 0; k < 50; ++k) row(4.0, 0.3 + 0.6 * k, k);
+  row(0.0, 20.3, 50);
+  return toolpaths;
+}
+
+TEST(CheckOutput, HeadThatCutsIntoAWallIsFound) {
+  EXPECT_TRUE(check_written(write_print(bead_beside_wall(), Machine{})).ok);
+  MotionOptions careless;
+  careless.avoid_collisions = false;
+  const CheckOutputResult result = check_written(write_print(bead_beside_wall(), Machine{}, careless));
+  expect_only(result, "rule_21_clearance");
+}
+
+TEST(CheckOutput, LinkThatIsThickerThanPlannedForIsFound) {
+  WrittenPrint print = write_print(three_layers(), Machine{});
+  print.machine.arm.body.wrist_radius_mm = 400.0;
+  EXPECT_FALSE(holds(check_written(print), "rule_21_clearance"));
+}
+
 // A wave of blended corners, each of which the arm cuts: 3.5 ms of 100 ms.
 Toolpaths wave() {
   Toolpaths toolpaths;

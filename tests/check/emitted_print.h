@@ -46,13 +46,14 @@ inline Toolpaths three_layers() {
 
 inline std::string toolpaths_file(const Toolpaths& toolpaths) {
   VtkPolyData data;
-  std::vector<double> normal, offset, volume;
+  std::vector<double> normal, offset, volume, width;
   for (const PathPoint& point : toolpaths.points) {
     data.line_points.push_back(static_cast<Index>(data.points.size()));
     data.points.push_back(point.position);
     for (int i = 0; i < 3; ++i) normal.push_back(point.normal[i]);
     offset.push_back(point.tip_offset_mm);
     volume.push_back(point.volume_mm3);
+    width.push_back(point.width_mm);
   }
   std::vector<std::int32_t> layer, group;
   std::vector<std::uint8_t> material, kind;
@@ -63,7 +64,7 @@ inline std::string toolpaths_file(const Toolpaths& toolpaths) {
     material.push_back(static_cast<std::uint8_t>(path.material));
     kind.push_back(static_cast<std::uint8_t>(path.kind));
   }
-  data.point_data = {{"normal", 3, normal}, {"tip_offset_mm", 1, offset}, {"volume_mm3", 1, volume}};
+  data.point_data = {{"normal", 3, normal}, {"tip_offset_mm", 1, offset}, {"volume_mm3", 1, volume}, {"width_mm", 1, width}};
   data.cell_data = {{"layer", 1, layer}, {"group", 1, group}, {"material", 1, material}, {"kind", 1, kind}};
   return to_vtp(data, VtkPrecision::float64);
 }
