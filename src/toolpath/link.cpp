@@ -11,6 +11,7 @@
 namespace curvesup::toolpath {
 namespace {
 
+constexpr double kOpening = 0.75;  // of the widest opening: its outer half is out of reach of the steps
 constexpr int kOpeningRounds = 4;
 constexpr double kLongestStep = 1.5;  // widths, from a ring to the next one
 constexpr double kLongestWay = 1.3;   // of that, over the surface
@@ -167,7 +168,7 @@ class Linker {
       const Foot foot = foot_near(foot1.node, position(q2));
       if (foot.node == kNone) break;
       const double outside = (foot.position - foot1.position).norm();
-      const double part = std::min((foot1.distance + foot.distance) / (length + outside), width_ / std::max(length, outside));
+      const double part = kOpening * std::min((foot1.distance + foot.distance) / (length + outside), width_ / std::max(length, outside));
       const double error = std::abs(part - 1.0);
       if (error < best.error) best = {length, foot, error};
       length = std::clamp(length * part, 0.3 * width_, 1.5 * width_);
