@@ -56,10 +56,10 @@ class LinkChain {
     return state;
   }
 
-  // Newton steps from `joints` to `target`; false when they do not arrive.
-  bool solve(const ArmFrame& target, Joints& joints) const {
+  // Newton steps from `joints`, where the links are in `state`, to `target`; false when they do not arrive.
+  bool solve(const ArmFrame& target, Joints& joints, State& state) const {
     for (int step = 0; step < 12; ++step) {
-      const State state = at(joints);
+      if (step > 0) state = at(joints);
       Vector6 error;
       error.head<3>() = target.position - state.tool.position;
       error.tail<3>() = small_turn(target.rotation * state.tool.rotation.transpose());
@@ -133,14 +133,14 @@ class ArmCheck {
       part_.findings.fail(Rule::inverse_kinematics, place_, "the joints before a straight move are not known");
       return false;
     }
-    const ArmFrame target = frame_of(move.pose), from = links_.at(joints).tool;
+    const ArmFrame target = frame_of(move.pose), from = state_.tool;
     const Vec3 way = target.position - from.position;
     const Vec3 turn = rotation_vector_from(from.rotation.transpose() * target.rotation);
     const int pieces = 1 + static_cast<int>(std::max(way.norm() / kSubstep_m, turn.norm() / kSubstep_rad));
     for (int i = 1; i <= pieces; ++i) {
       const double share = static_cast<double>(i) / pieces;
       const ArmFrame next = i == pieces ? target : ArmFrame{from.rotation * rotation_from(share * turn), from.position + share * way};
-      if (links_.solve(next, joints)) continue;
+      if (links_.solve(next, joints, state_)) continue;
       part_.findings.fail(Rule::inverse_kinematics, place_, "no joints bring the tool there from the pose before");
       return false;
     }
@@ -149,7 +149,8 @@ class ArmCheck {
 
   bool take_joints(RobotMove& move, Joints& joints) {
     joints = move.joints;
-    const ArmFrame reached = links_.at(joints).tool;
+    state_ = links_.at(joints);
+    const ArmFrame reached = state_.tool;
     if (!move.has_pose) {
       move.pose = {reached.position, rotation_vector_from(reached.rotation)};
       return true;
@@ -159,7 +160,7 @@ class ArmCheck {
     const double turned = rotation_vector_from(reached.rotation.transpose() * target.rotation).norm();
     part_.findings.expect(apart < kTextRounding && turned < kTextRounding, Rule::part_start, place_,
                           "the seed of the inverse kinematics does not reach the pose");
-    if (links_.solve(target, joints)) return true;
+    if (links_.solve(target, joints, state_)) return true;
     part_.findings.fail(Rule::inverse_kinematics, place_, "no joints reach the pose from its seed");
     return false;
   }
@@ -184,13 +185,14 @@ class ArmCheck {
       ratio = std::max(ratio, turned / std::max(seconds, 1e-9) / (arm.max_joint_speed_deg_s[i] * kDegree));
     }
     part_.findings.at_most(Rule::joint_speed, ratio, arm.joint_speed_fraction * 1.005, place_, "a joint turns too fast at the stated speed");
-    const double metric = links_.metric(move.reached, links_.at(move.reached).wrist);
+    const double metric = links_.metric(move.reached, state_.wrist);
     part_.findings.at_least(Rule::singularity, metric, arm.min_singularity_metric - 1e-5, place_, "too near to a singularity");
   }
 
   RobotPart& part_;
   const Machine& machine_;
   LinkChain links_;
+  LinkChain::State state_;  // at the joints reached last
   Place place_{part_.file, 0};
 };
 

@@ -6,6 +6,7 @@
 
 #include "curvesup/motion/kinematics.h"
 #include "helpers/toolpath_shapes.h"
+#include "motion/arm_path.h"
 
 namespace curvesup {
 namespace {
@@ -274,6 +275,44 @@ TEST(PlanMotion, CreaseOfALayerIsPassedByANewChainNotByAJumpOfTheArm) {
     const Waypoint& end = result.motion.waypoints[before.first_waypoint + before.waypoint_count - 1];
     EXPECT_EQ(end.tip_mm, result.motion.waypoints[result.motion.paths[c].first_waypoint].tip_mm);
   }
+}
+
+TEST(PlanArmPath, ForearmTurnsAwayFromWhatLiesInItsWay) {
+  const Machine machine;
+  const Cell cell(machine);
+  std::vector<DraftPoint> drafts;
+  for (int i = 0; i <= 4; ++i) {
+    DraftPoint draft;
+    draft.tip = Vec3(3.0 * i - 6.0, 0.0, 20.0);
+    draft.point = 100 + i;
+    drafts.push_back(draft);
+  }
+  const ArmPath free = plan_arm_path(cell, nullptr, drafts, {}, {});
+  ASSERT_EQ(free.sections.size(), 1u);
+  int touching = 0;
+  for (const double share : {0.2, 0.5, 0.8}) {
+    // Beads inside the forearm as it would lie.
+    const auto forearm = cell.links(free.sections[0].points[2].joints)[0];
+    ASSERT_EQ(std::string(forearm.name), "forearm");
+    const Vec3 at = forearm.a + share * (forearm.b - forearm.a);
+    Toolpaths laid;
+    shapes::add_path(laid, {at, at + Vec3(2.0, 0.0, 0.0)}, {Vec3::UnitZ(), Vec3::UnitZ()}, 0);
+    std::vector<Vec3> tips;
+    for (const PathPoint& point : laid.points) tips.push_back(point.position);
+    const Deposit deposit(laid.paths, laid.points, tips, 1.0);
+    const char* link = touching_link(cell, deposit, free.sections[0].points[2].joints, 100, 0.0);
+    ASSERT_NE(link, nullptr);
+    touching += std::string(link) == "forearm";
+    const ArmPath clear = plan_arm_path(cell, &deposit, drafts, {}, {});
+    ASSERT_EQ(clear.unreachable, kNone);
+    for (const ArmSection& section : clear.sections) {
+      for (const ArmPoint& point : section.points) {
+        EXPECT_EQ(touching_link(cell, deposit, point.joints, 100, 0.0), nullptr);
+        EXPECT_GT(largest_joint_step(point.joints, free.sections[0].points[2].joints), 0.1);
+      }
+    }
+  }
+  EXPECT_EQ(touching, 3);
 }
 
 TEST(PlanMotion, AutomaticPlacementBringsAPartIntoReach) {

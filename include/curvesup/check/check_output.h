@@ -47,7 +47,7 @@ struct CheckOutputResult {
 //           09 blends do not overlap    10 stops                   11 spacing; turns at blends 12 corner cut; blend speed
 //           13 rotation vector aliases  14 rotation-limited moves are marked
 //           16 inverse kinematics; joint steps                     17 joint limits; joint speed; singularities
-//           18 start of a part          20 travels lift
+//           18 start of a part          20 travels lift             21 clearance of head and arm
 //           22 waits end                23 strings                 24 end of a part
 //   duet    25 lines                    26 commands                27 prelude                  28 tool and heater
 //           29 feeds; flow              30 volume                  31 header                   32 layers
@@ -59,8 +59,7 @@ struct CheckOutputResult {
 //           manifest_parts, manifest_offsets, manifest_hashes
 //
 // Not decidable from files: 41 (same bytes in another locale: run twice) and 42 (that broken files are found: the tests of
-// this module). Not decided here: 21 (clearance of head and arm), and of 20 only that travels leave and arrive along the
-// nozzle, far enough; both are planned and checked with the motion. 34: that the robot stands at the purge pose is compared with the station of `machine`.
+// this module). Of 20 only that travels leave and arrive along the nozzle, far enough; what they pass is looked at for 21. 34: that the robot stands at the purge pose is compared with the station of `machine`.
 // The helper functions that the scripts define are run in a small interpreter, with and without an answer.
 // link.kind = stream has no Duet job: the rules of the job and of both programs together are left out there, and
 // with link.kind = telnet the counters are compared instead of levels.
