@@ -819,8 +819,9 @@
   makeMarks();
 
   // ---------------------------------------------------------------- camera
-  const view = {target: new THREE.Vector3(), distance: 1, azimuth: -0.9, elevation: 0.42};
-  let flight = null;
+  const kHome = [-0.9, 0.42];
+  const view = {target: new THREE.Vector3(), distance: 1, azimuth: kHome[0], elevation: kHome[1]};
+  let flight = null, untouched = true;  // nobody has turned or moved the first view
   // Some of the points that are drawn, from the middle of the box: what a view of everything has to hold.
   const fitPoints = [];
   for (const name of ['model_vertices', 'support_layers_vertices', 'model_layers_vertices', 'path_positions', 'edge_ends']) {
@@ -863,6 +864,7 @@
     return thickness * canvas.clientHeight / (2 * view.distance * Math.tan(camera.fov * Math.PI / 360));
   }
   function flyTo(goal) {
+    untouched = false;
     const from = {target: view.target.clone(), distance: view.distance, azimuth: view.azimuth, elevation: view.elevation};
     const still = window.matchMedia && window.matchMedia('(prefers-reduced-motion: reduce)').matches;
     flight = {from, goal, begin: performance.now(), length: still ? 1 : 450};
@@ -875,17 +877,20 @@
     if (f >= 1) flight = null;
   }
   function turn(dx, dy) {
+    untouched = false;
     view.azimuth -= dx * 0.008;
     view.elevation = Math.min(Math.max(view.elevation + dy * 0.008, -1.5707), 1.5707);
     moved();
   }
   function pan(dx, dy) {
+    untouched = false;
     const scale = 2 * view.distance * Math.tan(camera.fov * Math.PI / 360) / canvas.clientHeight;
     const right = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 0), up = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 1);
     view.target.addScaledVector(right, -dx * scale).addScaledVector(up, dy * scale);
     moved();
   }
   function zoom(factor) {
+    untouched = false;
     view.distance = Math.min(Math.max(view.distance * factor, diagonal / 300), diagonal * 10);
     moved();
   }
@@ -942,6 +947,7 @@
       renderer.setPixelRatio(ratio);
       renderer.setSize(w, h, false);
     }
+    if (untouched && drawnSize !== `${w} ${h}`) Object.assign(view, fitted(...kHome));
     camera.aspect = w / Math.max(h, 1);
     drawnSize = `${w} ${h}`;
   }
@@ -1345,7 +1351,6 @@
   }
 
   // ---------------------------------------------------------------- keys and buttons
-  const kHome = [-0.9, 0.42];
   const kViews = {front: [-Math.PI / 2, 0.02], side: [0, 0.02], top: [-Math.PI / 2, 1.5706], below: [-Math.PI / 2, -0.9]};
   function picture() {
     draw(0, false);
@@ -1353,7 +1358,7 @@
     const link = el('a', {href: canvas.toDataURL('image/png'), download: (scene.title || 'preview').replace(/[^\w.-]+/g, '_') + '.png'});
     link.click();
   }
-  $('home').onclick = () => flyTo(fitted(...kHome));
+  $('home').onclick = () => { flyTo(fitted(...kHome)); untouched = true; };
   for (const name of Object.keys(kViews)) $(name).onclick = () => flyTo(fitted(...kViews[name]));
   $('shot').onclick = picture;
   $('help').onclick = () => { $('keys').hidden = !$('keys').hidden; };
@@ -1413,7 +1418,6 @@
   }
   buildPanel();
   if (scene.inspect) { state.show.overhang = false; refresh(); } else preset('part');
-  Object.assign(view, fitted(...kHome));
   window.addEventListener('resize', wake);
   // It also tells the first size, which is drawn already.
   new ResizeObserver(() => { if (drawnSize !== `${canvas.clientWidth} ${canvas.clientHeight}`) wake(); }).observe($('stage'));

@@ -142,6 +142,11 @@ def check_phone(browser):
         browser.click(tab)
         wide = browser.run("return Math.max(document.documentElement.scrollWidth, document.getElementById('report').scrollWidth)")
         expect(wide <= 390, f"{tab} is {wide} pixels wide on a phone")
+    shown = browser.run("return window.curvesup.camera().distance")
+    browser.run("document.getElementById('home').click()")
+    browser.settle()
+    fitted = browser.run("return window.curvesup.camera().distance")
+    expect(abs(shown / fitted - 1) < 0.01, f"a page that becomes smaller shows the part from {shown} mm, and it fits from {fitted} mm")
     browser.size(WIDTH, HEIGHT)
     browser.settle()
 
