@@ -5,6 +5,7 @@
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
 #include "curvesup/io/output_folder.h"
+#include "core/memory.h"
 #include "slice_state.h"
 #include "stage_meter.h"
 #include "stages.h"

@@ -1,6 +1,5 @@
 #include "stage_meter.h"
 
-#include <malloc.h>
 #include <sys/resource.h>
 #include <time.h>
 
@@ -41,12 +40,6 @@ StageMeter::StageMeter() : wall_start_(seconds(CLOCK_MONOTONIC)), cpu_start_(sec
 
 StageTime StageMeter::stop(std::string name) const {
   return {std::move(name), seconds(CLOCK_MONOTONIC) - wall_start_, seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_start_, peak_memory_mb()};
-}
-
-void release_free_memory() {
-#ifdef __GLIBC__
-  malloc_trim(0);
-#endif
 }
 
 }  // namespace curvesup

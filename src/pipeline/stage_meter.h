@@ -14,7 +14,4 @@ class StageMeter {
   double wall_start_ = 0.0, cpu_start_ = 0.0;
 };
 
-// Gives what the program has freed back to the system: the heaps of ended threads would keep it from the next stage.
-void release_free_memory();
-
 }  // namespace curvesup

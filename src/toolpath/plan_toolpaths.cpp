@@ -8,6 +8,7 @@
 #include "curvesup/core/format.h"
 #include "curvesup/core/parallel.h"
 #include "curvesup/mesh/triangle_mesh.h"
+#include "core/memory.h"
 #include "toolpath/fill_piece.h"
 #include "toolpath/model_above.h"
 #include "toolpath/order.h"
@@ -199,9 +200,21 @@ void set_feeds(SheetBeads& beads, const Sheet& sheet, const ToolpathOptions& opt
   }
 }
 
+std::size_t count_points(std::span<const SheetBeads> sheets) {
+  std::size_t count = 0;
+  for (const SheetBeads& sheet : sheets) {
+    for (const PieceBeads& piece : sheet.pieces) {
+      for (const BeadPath& path : piece.paths) count += path.points.size();
+    }
+  }
+  return count;
+}
+
 class Assembly {
  public:
   Assembly(const LayerStack& stack, const ToolpathOptions& options) : stack_(stack), options_(options), random_(options.seed) {}
+
+  void reserve(std::size_t points) { paths_.points.reserve(points); }
 
   void append(const Run& run, std::vector<PieceBeads>& pieces) {
     if (started_ && run.material != material_) ++report_.material_changes;
@@ -269,6 +282,10 @@ class Assembly {
     }
     piece.paths.clear();
     piece.paths.shrink_to_fit();
+    // All points at once, in pieces and in order, would take twice the memory.
+    if (paths_.points.size() - points_when_released_ < kPointsBetweenReleases) return;
+    points_when_released_ = paths_.points.size();
+    release_free_memory();
   }
 
   // Gives what was laid since `first_path`, with so much time between its paths, the least time of a layer: on it the next
@@ -301,7 +318,9 @@ class Assembly {
 
   const LayerStack& stack_;
   const ToolpathOptions& options_;
+  static constexpr std::size_t kPointsBetweenReleases = 500'000;
   Toolpaths paths_;
+  std::size_t points_when_released_ = 0;
   ToolpathReport report_;
   Vec3 at_ = Vec3::Zero();
   Material material_ = Material::model;
@@ -370,10 +389,12 @@ ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const Lay
       set_feeds(sheets[s], printed.sheets[s], options, under ? &*under : nullptr);
     }
   });
+  release_free_memory();
   run.progress(0.9);
 
   const std::vector<char> support_first = find_support_first(printed.sheets, sheets, options, run);
   Assembly assembly(printed, options);
+  assembly.reserve(count_points(sheets));
   ToolpathReport& report = assembly.report();
   const auto may_wait = [&](Index first, Index layer) {
     const bool may = model_may_wait(printed.sheets, sheets, first, layer, options.batch_clearance_mm);
