@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "curvesup/core/parallel.h"
@@ -54,13 +55,15 @@ class Resting {
         gone.high = gone.high.cwiseMax(sheet.vertices[v]);
       }
     }
+    const double value = sheet.head.iso_value * count_;
+    at_layer_[static_cast<Index>(std::floor(value))].push_back(gone_.size());
     gone_.push_back(std::move(gone));
   }
   [[nodiscard]] const std::vector<Gone>& gone() const { return gone_; }
 
   // Forgets pieces, and all that are below them.
   void forget(std::size_t gone) {
-    if (gone_[gone].piece == kNone) return;
+    if (gone_[gone].piece == kNone || gone_[gone].sheet->pieces[gone_[gone].piece].too_small) return;
     gone_[gone].piece = kNone;
     for (const std::size_t below : gone_[gone].below) forget(below);
   }
@@ -83,6 +86,7 @@ class Resting {
       states[p].step = area / states[p].count;
     }
     for (std::size_t i = 0; i < sheet.triangles.size(); ++i) {
+      if (sheet.pieces[sheet.triangle_piece[i]].too_small) continue;
       State& s = states[sheet.triangle_piece[i]];
       if (s.resting >= kRestingPart * s.count) continue;
       const auto& t = sheet.triangles[i];
@@ -97,7 +101,7 @@ class Resting {
       s.done += area;
     }
     std::vector<char> present(sheet.pieces.size(), 0);
-    for (const Index p : sheet.triangle_piece) present[p] = 1;
+    for (const Index p : sheet.triangle_piece) present[p] = !sheet.pieces[p].too_small;
     std::vector<Floating> result;
     for (std::size_t p = 0; p < states.size(); ++p) {
       if (present[p] && states[p].resting < kRestingPart * states[p].count) result.push_back({static_cast<Index>(p), std::move(states[p].below)});
@@ -115,10 +119,13 @@ class Resting {
     if (domain_.region(below->tet) == Material::model) return true;
     if (!solid_.inside(below->position)) return false;
     const double within = 0.75 / (count_ * sheet.passes * field_.gradient[tet].norm());
-    for (std::size_t g = 0; g < gone_.size(); ++g) {
-      if (gone_[g].piece == kNone || !gone_[g].has(below->position, within)) continue;
-      if (std::find(gone_below.begin(), gone_below.end(), g) == gone_below.end()) gone_below.push_back(g);
-      return false;
+    const Index layer = static_cast<Index>(std::floor(deeper * count_));
+    for (auto at = at_layer_.lower_bound(layer - 1); at != at_layer_.end() && at->first <= layer + 1; ++at) {
+      for (const std::size_t g : at->second) {
+        if (gone_[g].piece == kNone || !gone_[g].has(below->position, within)) continue;
+        if (std::find(gone_below.begin(), gone_below.end(), g) == gone_below.end()) gone_below.push_back(g);
+        return false;
+      }
     }
     return true;
   }
@@ -128,6 +135,7 @@ class Resting {
   int count_;
   const Solid& solid_;
   std::vector<Gone> gone_;
+  std::map<Index, std::vector<std::size_t>> at_layer_;  // those of the slab k / N <= G < (k + 1) / N
 };
 
 }  // namespace
@@ -135,6 +143,13 @@ class Resting {
 std::vector<FloatingPiece> find_floating(const Domain& domain, const ScalarField& field, int layer_count, const Solid& solid,
                                          const std::vector<TrimmedSheet*>& sheets, const RunContext& run) {
   Resting resting(domain, field, layer_count, solid);
+  for (std::size_t s = 0; s < sheets.size(); ++s) {
+    std::vector<char> small(sheets[s]->pieces.size(), 0);
+    for (const Index p : sheets[s]->triangle_piece) small[p] = sheets[s]->pieces[p].too_small;
+    for (std::size_t p = 0; p < small.size(); ++p) {
+      if (small[p]) resting.add_gone(s, *sheets[s], static_cast<Index>(p), {});
+    }
+  }
   std::vector<char> open(sheets.size(), 1);
   std::vector<std::vector<Resting::Floating>> found(sheets.size());
   for (int round = 0; round <= kMostStacked; ++round) {
@@ -164,7 +179,7 @@ std::vector<FloatingPiece> find_floating(const Domain& domain, const ScalarField
   }
   std::vector<FloatingPiece> all;
   for (const Gone& gone : resting.gone()) {
-    if (gone.piece != kNone) all.push_back({gone.sheet_id, gone.piece});
+    if (gone.piece != kNone && !gone.sheet->pieces[gone.piece].too_small) all.push_back({gone.sheet_id, gone.piece});
   }
   std::sort(all.begin(), all.end(), [](const FloatingPiece& a, const FloatingPiece& b) {
     return a.sheet != b.sheet ? a.sheet < b.sheet : a.piece < b.piece;

@@ -216,7 +216,8 @@ struct TrimmedLayer {
   Index pieces = 0, pieces_in_passes = 0;
 };
 
-// Removes the pieces that nothing carries; the model or other support does not reach below enough of them.
+// Removes the pieces that are too small, and those that nothing carries: the model or other support does not reach below enough
+// of them.
 void drop_floating(const Domain& domain, const ScalarField& field, int layer_count, const Solid& solid,
                    const TrimOptions& options, std::vector<TrimmedLayer>& layers, const RunContext& run) {
   std::vector<TrimmedSheet*> sheets;
@@ -229,11 +230,12 @@ void drop_floating(const Domain& domain, const ScalarField& field, int layer_cou
   }
   std::vector<FloatingPiece> floating;
   if (options.remove_floating) floating = find_floating(domain, field, layer_count, solid, sheets, run);
-  for (std::size_t i = 0; i < floating.size();) {
-    const std::size_t s = floating[i].sheet;
+  std::size_t i = 0;
+  for (std::size_t s = 0; s < sheets.size(); ++s) {
     TrimmedSheet& sheet = *sheets[s];
     TrimmedLayer& layer = *layer_of[s];
-    std::vector<char> keep(sheet.pieces.size(), 1);
+    std::vector<char> keep(sheet.pieces.size());
+    for (std::size_t p = 0; p < keep.size(); ++p) keep[p] = !sheet.pieces[p].too_small;
     for (; i < floating.size() && floating[i].sheet == s; ++i) {
       const Piece& piece = sheet.pieces[floating[i].piece];
       keep[floating[i].piece] = 0;
@@ -302,7 +304,7 @@ double coarsen_sheets(const ScalarField& field, std::vector<TrimmedSheet>& sheet
   return most;
 }
 
-// Divides a trimmed layer into what is laid at once and what in passes; drops the pieces below the smallest area.
+// Divides a trimmed layer into what is laid at once and what in passes; marks and lists the pieces below the smallest area.
 TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int layer_count, const std::vector<char>& reachable,
                           const Solid& solid, TrimmedSheet middle, const TrimOptions& options, double max_height_mm) {
   TrimmedLayer layer;
@@ -315,7 +317,7 @@ TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int la
     if (!keep[p]) {
       layer.areas.in_passes_mm2 += piece.area;
     } else if (piece.area < options.min_piece_area_mm2) {
-      keep[p] = 0;
+      middle.pieces[p].too_small = true;
       layer.areas.removed_mm2 += piece.area;
       layer.removed.push_back({middle.head.layer, 0, 1, piece.area, piece.centroid});
     } else {
@@ -330,16 +332,15 @@ TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int la
     for (const Index p : sheet.triangle_piece) present[p] = 1;
     for (std::size_t p = 0; p < present.size(); ++p) {
       if (!present[p]) continue;
-      const Piece& piece = sheet.pieces[p];
+      Piece& piece = sheet.pieces[p];
       if (piece.area < options.min_piece_area_mm2) {
-        present[p] = 0;
+        piece.too_small = true;
         layer.removed.push_back({sheet.head.layer, sheet.head.pass, sheet.head.passes, piece.area, piece.centroid});
       } else {
         ++layer.pieces;
         ++layer.pieces_in_passes;
       }
     }
-    keep_pieces(sheet, present);
     layer.sheets.push_back(std::move(sheet));
   }
   return layer;
