@@ -7,6 +7,7 @@
 
 #include "curvesup/core/format.h"
 #include "curvesup/core/parallel.h"
+#include "core/memory.h"
 #include "motion/arm_path.h"
 #include "motion/chain.h"
 #include "motion/placed_paths.h"
@@ -28,6 +29,7 @@ constexpr double kPoseTolerance = 1e-6;       // m and rad, between joints and p
 constexpr std::size_t kRunPaths = 512;        // paths that are planned together, at least
 constexpr std::size_t kRunPoints = 200000;    // or points
 constexpr std::size_t kGuesses = 64;          // paths whose postures are worked out at the same time
+constexpr std::size_t kWaypointsBetweenReleases = 250000;
 
 // All that one plan_motion() call works on.
 class MotionPlanner {
@@ -40,9 +42,15 @@ class MotionPlanner {
     result_.motion.part_offset_mm = placement_.offset_mm;
     result_.motion.part_rotation_rad = placement_.rotation_rad;
     lay_out();
+    std::size_t released = 0;
     for (std::size_t begin = 0, end; begin < order_.size(); begin = end) {
       end = run_end(begin);
       plan_run(begin, end);
+      // What the runs leave in the heaps of the threads would come on top of the waypoints.
+      if (result_.motion.waypoints.size() - released > kWaypointsBetweenReleases) {
+        released = result_.motion.waypoints.size();
+        release_free_memory();
+      }
       run_.progress(0.9 * static_cast<double>(end) / static_cast<double>(order_.size()));
     }
     if (result_.report.unreachable.empty()) plan_travels();
