@@ -137,7 +137,7 @@ class ClearanceCheck {
     parallel_for(programs_.chains.size(), kTogether, run, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
       for (std::size_t c = begin; c < end; ++c) {
         check_travels(c, found[chunk]);
-        check_chain(programs_.chains[c], found[chunk]);
+        check_chain(c, found[chunk]);
       }
     });
     for (const Findings& some : found) findings.merge(some);
@@ -177,8 +177,8 @@ class ClearanceCheck {
     double hard_mm = 0.0;  // of that path, what was laid farther back
   };
 
-  void check_chain(const Chain& chain, Findings& findings) const {
-    const std::size_t c = static_cast<std::size_t>(&chain - programs_.chains.data());
+  void check_chain(std::size_t c, Findings& findings) const {
+    const Chain& chain = programs_.chains[c];
     const RobotPart& part = programs_.parts[chain.part];
     const bool known = chain.path >= 0 && chain.path < static_cast<int>(beads_.size());
     const PathBead bead = known ? beads_[static_cast<std::size_t>(chain.path)] : PathBead{};

@@ -7,6 +7,7 @@ namespace curvesup {
 namespace {
 
 constexpr float kFloatError = 1e-3f;  // mm, of a centre in single precision
+constexpr float kMargin_mm = 2e-3f;   // of all that is worked out in single precision, for parts up to a metre
 constexpr double kNoGap = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMostTogether = 32;  // poses of the head that are looked at together
 constexpr double kTogether_mm = 4.0, kTogether_rad = 0.15;
@@ -278,7 +279,6 @@ class Deposit::HeadBundle {
   using Vec3f = Eigen::Vector3f;
   static constexpr float kNearAxis = 1.0f;    // mm, where a direction from the axis is not known well enough
   static constexpr float kRelative = 1e-4f;   // of such a direction
-  static constexpr float kMargin_mm = 2e-3f;  // of all that is worked out in single precision, for parts up to a metre
 
   HeadBundle(const HeadShape& head, const double& clearance, const Vec3& tip, const Vec3& axis, std::span<const HeadPose> poses)
       : HeadBundle(head, clearance, tip, axis, farthest_tip(poses, tip), farthest_axis(poses, axis), highest_rise(poses, tip)) {
@@ -424,7 +424,6 @@ class Deposit::Capsule {
   }
 
  private:
-  static constexpr float kMargin_mm = 2e-3f;
   Eigen::Vector3f a_, along_;
   float inverse_, reach_;  // of the squared length; radius and clearance
 };

@@ -42,15 +42,12 @@ class MotionPlanner {
     result_.motion.part_offset_mm = placement_.offset_mm;
     result_.motion.part_rotation_rad = placement_.rotation_rad;
     lay_out();
-    std::size_t released = 0;
+    ReleasedInSteps memory(kWaypointsBetweenReleases);
     for (std::size_t begin = 0, end; begin < order_.size(); begin = end) {
       end = run_end(begin);
       plan_run(begin, end);
       // What the runs leave in the heaps of the threads would come on top of the waypoints.
-      if (result_.motion.waypoints.size() - released > kWaypointsBetweenReleases) {
-        released = result_.motion.waypoints.size();
-        release_free_memory();
-      }
+      memory.at(result_.motion.waypoints.size());
       run_.progress(0.9 * static_cast<double>(end) / static_cast<double>(order_.size()));
     }
     if (result_.report.unreachable.empty()) plan_travels();
@@ -241,8 +238,9 @@ class MotionPlanner {
     return marked;
   }
 
-  // Calls visit(tip, axis, from, point) where the head may touch something on the way from one point to another: at waypoints that are not known to be free, and at halves
-  // of the way to them where it is long or the axis turns, since waypoints may come to lie there. It returns false to end.
+  // Calls visit(tip, axis, from, point) where the head may touch something on the way from one point to another: at waypoints
+  // that are not known to be free, and at halves of the way to them where it is long or the axis turns, since waypoints may
+  // come to lie there. It returns false to end.
   template <class Visit>
   void visit_poses(const PlacedPaths& placed, std::size_t p, const Visit& visit) const {
     const std::vector<DraftPoint>& drafts = placed.drafts[p];

@@ -1009,7 +1009,6 @@
     }
   }
   function showPaths(any, from, to, level, moving) {
-    const set = (object, on) => { object.visible = on; };
     const done = lastAtMost(toolpaths.times, 2, state.time);
     const last = toolpaths.first[done + 1] || 0;
     wantedChunks = any ? toolpaths.chunks.filter((c) => c.begin < last && c.from <= to && c.to >= from &&
@@ -1017,7 +1016,7 @@
     const asBeads = level < 2 && beadsAffordable(kChunk * wantedChunks.length, moving);
     for (const chunk of toolpaths.chunks) chunk.mesh.visible = false;
     if (asBeads) for (const chunk of wantedChunks) chunk.make().visible = true;
-    set(toolpaths.lines, any && !asBeads);
+    toolpaths.lines.visible = any && !asBeads;
     if (toolpaths.lines.visible) toolpaths.lines.detail(level);
     const modes = ['material', 'height', 'tilt', 'speed', 'order'];
     uniforms.uMode.value = modes.indexOf(state.colour);

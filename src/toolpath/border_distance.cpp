@@ -157,11 +157,11 @@ void BorderDistance::slide(Front& front, const Vec3& normal) const {
     const double x = p.x + part * p.cos, y = p.y + part * p.sin;
     return x * x + y * y;
   };
-  const auto advance = [&](Place& p) {
-    p.x += border_.length[p.edge] * p.cos;
-    p.y += border_.length[p.edge] * p.sin;
+  const auto advance = [](Place& p, double length) {
+    p.x += length * p.cos;
+    p.y += length * p.sin;
   };
-  const auto turn = [&](Place& p, double c, double s) {
+  const auto turn = [](Place& p, double c, double s) {
     const double cos = p.cos;
     p.cos = c * cos - s * p.sin;
     p.sin = s * cos + c * p.sin;
@@ -172,14 +172,13 @@ void BorderDistance::slide(Front& front, const Vec3& normal) const {
   double least = front.distance * front.distance;
   for (int wait = 0, step = 0; wait <= kPatience && step < 1000; ++step) {
     if (forward) {
-      advance(walk);
+      advance(walk, border_.length[walk.edge]);
       turn(walk, border_.turn_cos[walk.edge], border_.turn_sin[walk.edge]);
       walk.edge = border_.next[walk.edge];
     } else {
       walk.edge = border_.previous[walk.edge];
       turn(walk, border_.turn_cos[walk.edge], -border_.turn_sin[walk.edge]);
-      walk.x -= border_.length[walk.edge] * walk.cos;
-      walk.y -= border_.length[walk.edge] * walk.sin;
+      advance(walk, -border_.length[walk.edge]);
     }
     const double squared = squared_distance(walk);
     if (squared < least) {

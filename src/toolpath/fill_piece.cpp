@@ -22,7 +22,6 @@ constexpr double kLongestOpenTurn = 2.0;  // ... or spacings
 constexpr double kInset = 0.25;        // widths from the inner edge of the innermost ring to the ends of lines, which hold on to it
 constexpr double kShortestLine = 0.75; // widths
 constexpr double kDepthSlack = 0.02;   // mm
-constexpr double kSmall = 16.0;        // squared widths: pieces whose distances are taken more finely
 constexpr double kWidestRing = 1.15;   // widths
 constexpr double kEnoughRoom = 0.97;   // of a piece, that its beads must be able to fill
 constexpr double kStepReach = 0.75;    // widths: beads that near to a step share the area with it
@@ -106,7 +105,7 @@ void join_tracks(const PieceMesh& mesh, bool join, double reach, std::vector<Tra
 
 // A small piece is all corners and ends: its distances must be true between them.
 BorderDistance border_distance(PieceMesh mesh, double width) {
-  const bool small = mesh.area < kSmall * width * width;
+  const bool small = is_small(mesh, width);
   return {std::move(mesh), {.tolerance_mm = (small ? 0.03 : 0.08) * width, .min_edge_mm = (small ? 0.3 : 0.75) * width}};
 }
 
@@ -180,13 +179,12 @@ class PieceFiller {
   std::vector<Track> trace_inside() const {
     const double w = beads_.width;
     const int turn = std::abs(sheet_.layer * sheet_.passes + sheet_.pass) % 2;  // of the passes that lie over each other
-    std::vector<Track> lines = trace_lines(distance_, ridge_,
-                                           {.spacing = spacing(),
-                                            .inset = rings_depth() + kInset * w,
-                                            .narrowest = narrow_depth(),
-                                            .shortest = kShortestLine * w,
-                                            .angle = (fill_.line_angle_deg / 180.0 + 0.5 * turn) * std::numbers::pi});
-    return lines;
+    return trace_lines(distance_, ridge_,
+                       {.spacing = spacing(),
+                        .inset = rings_depth() + kInset * w,
+                        .narrowest = narrow_depth(),
+                        .shortest = kShortestLine * w,
+                        .angle = (fill_.line_angle_deg / 180.0 + 0.5 * turn) * std::numbers::pi});
   }
   [[nodiscard]] double spacing() const { return sparse_ ? std::max(beads_.width, *fill_.line_spacing_mm) : beads_.width; }
 

@@ -20,7 +20,9 @@ struct Segment {
 
   // Of the way along it to the point nearest to a place, 0 to 1.
   [[nodiscard]] double part(const Vec3& place) const { return std::clamp((place - from).dot(along) * inverse_squared_length, 0.0, 1.0); }
-  [[nodiscard]] double squared_distance(const Vec3& place) const { return (place - from - part(place) * along).squaredNorm(); }
+  // From the point at that part of the way.
+  [[nodiscard]] double squared_distance(const Vec3& place, double at) const { return (place - from - at * along).squaredNorm(); }
+  [[nodiscard]] double squared_distance(const Vec3& place) const { return squared_distance(place, part(place)); }
 };
 
 // A place on a surface; its normal need not be of unit length.

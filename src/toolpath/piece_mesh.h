@@ -21,6 +21,9 @@ struct PieceMesh {
   double area = 0.0;
 };
 
+// All corners and ends: nowhere in a piece this small do beads run undisturbed.
+[[nodiscard]] inline bool is_small(const PieceMesh& mesh, double bead_width) { return mesh.area < 16.0 * bead_width * bead_width; }
+
 struct Edge {
   Index from = kNone, to = kNone;
   Index left = kNone, right = kNone;  // triangles; right is kNone on the border

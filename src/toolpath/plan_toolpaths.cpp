@@ -283,9 +283,7 @@ class Assembly {
     piece.paths.clear();
     piece.paths.shrink_to_fit();
     // All points at once, in pieces and in order, would take twice the memory.
-    if (paths_.points.size() - points_when_released_ < kPointsBetweenReleases) return;
-    points_when_released_ = paths_.points.size();
-    release_free_memory();
+    memory_.at(paths_.points.size());
   }
 
   // Gives what was laid since `first_path`, with so much time between its paths, the least time of a layer: on it the next
@@ -318,9 +316,8 @@ class Assembly {
 
   const LayerStack& stack_;
   const ToolpathOptions& options_;
-  static constexpr std::size_t kPointsBetweenReleases = 500'000;
   Toolpaths paths_;
-  std::size_t points_when_released_ = 0;
+  ReleasedInSteps memory_{500'000};  // points
   ToolpathReport report_;
   Vec3 at_ = Vec3::Zero();
   Material material_ = Material::model;

@@ -14,7 +14,6 @@ namespace {
 constexpr double kLarge = 0.75;          // widths: edges of triangles whose corners are not trusted
 constexpr double kFar = 1e6;              // mm
 constexpr double kIrregularRise = 1.3;   // widths below the medial line
-constexpr double kSmallPiece = 16.0;     // squared widths: irregular as a whole
 constexpr double kStretch = 1.5;         // widths
 constexpr double kShortest = 0.75;       // widths
 constexpr double kReach = 0.6;           // widths: most places are not farther from the track that they belong to ...
@@ -82,6 +81,13 @@ std::array<double, 3> least_parts(const std::array<std::array<double, 3>, 3>& va
   return part;
 }
 
+// The corner at which the longest edge of a triangle starts, and its squared length.
+std::pair<int, double> longest_edge(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
+  if (ab >= bc && ab >= ca) return {0, ab};
+  return bc >= ca ? std::pair{1, bc} : std::pair{2, ca};
+}
+
 class AreaShares {
  public:
   AreaShares(const PieceMesh& mesh, const std::vector<char>& irregular, const BeadWidths& beads, std::vector<Track>& tracks)
@@ -143,12 +149,6 @@ class AreaShares {
       const std::array<double, 3> shares = shares_of(part.corners);
       for (int i = 0; i < 3; ++i) give(owner_[part.corners[i]], shares[i] * part.area);
     }
-  }
-
-  static std::pair<int, double> longest_edge(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
-    if (ab >= bc && ab >= ca) return {0, ab};
-    return bc >= ca ? std::pair{1, bc} : std::pair{2, ca};
   }
 
   // Most places have a track close by; the others are looked for again, farther out.
@@ -285,8 +285,8 @@ class AreaShares {
 
   // The distance of a place from a track, found downhill from one of its segments.
   [[nodiscard]] double distance_from(const Vec3& place, Index segment) const {
-    double least = segments_[segment].squared_distance(place);
     const double part = segments_[segment].part(place);
+    double least = segments_[segment].squared_distance(place, part);
     if (part > 0.0 && part < 1.0) return std::sqrt(least);
     const Index step = part > 0.0 ? 1 : -1;
     for (Index s = segment + step; s >= 0 && s < static_cast<Index>(segments_.size()) && adjoin(s, segment); s += step) {
@@ -367,8 +367,7 @@ class AreaShares {
 }  // namespace
 
 std::vector<char> irregular_triangles(const PieceMesh& mesh, const Ridge& ridge, const BeadWidths& beads) {
-  const bool small = mesh.area < kSmallPiece * beads.width * beads.width;
-  std::vector<char> irregular(mesh.triangles.size(), small);
+  std::vector<char> irregular(mesh.triangles.size(), is_small(mesh, beads.width));
   for (std::size_t t = 0; t < irregular.size(); ++t) {
     for (const Index v : mesh.triangles[t]) irregular[t] |= ridge.rise(v) <= kIrregularRise * beads.width;
   }
