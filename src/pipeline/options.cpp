@@ -176,7 +176,7 @@ const OptionTable<ToolpathOptions>& toolpath_table() {
     t.number("max_flow_mm3_s", CURVESUP_FIELD(max_flow_mm3_s), 0.01, 1000, "Most plastic that the nozzle melts.");
     t.optional_number("min_height_mm", CURVESUP_FIELD(min_height_mm), 0.001, 100, "Beads are not lower than this; a check when set.");
     t.optional_number("max_height_mm", CURVESUP_FIELD(max_height_mm), 0.001, 100,
-                      "Beads are not higher than this: a check when set. Support layers thicker than this are laid in passes; null: 1.2 times the model's median.");
+                      "Beads are not higher than this: a check when set. Support layers thicker than this are laid in passes; null: than a bead is wide, within 1.2 and 1.5 times the model's median.");
     return t;
   }();
   return table;
@@ -274,6 +274,7 @@ TrimOptions trim_options(const Json& config) {
   TrimOptions options = trim_table().read(config);
   const ToolpathOptions toolpath = toolpath_options(config);
   if (options.min_piece_area_mm2 < 0.0) options.min_piece_area_mm2 = 0.5 * toolpath.bead_width_mm * toolpath.bead_width_mm;
+  options.bead_width_mm = toolpath.bead_width_mm;
   options.max_height_mm = toolpath.max_height_mm.value_or(0.0);
   options.edge_length_mm = skeleton_options(config).leaf_radius_mm;
   return options;

@@ -346,6 +346,12 @@ TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int la
   return layer;
 }
 
+// Support as the model's layers are, but no bead higher than wide for that: thin layers would be laid in needlessly many passes.
+double usual_max_height(const TrimOptions& options, const TrimReport& report) {
+  const double median = report.model_thickness_p50_mm;
+  return std::clamp(options.bead_width_mm, 1.2 * median, 1.5 * median);
+}
+
 }  // namespace
 
 TrimResult trim_layers(const Domain& domain, const ScalarField& field, const LayerStack& untrimmed, const Solid& solid,
@@ -361,7 +367,7 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
   TrimReport& report = result.report;
   const Heights model = heights(untrimmed, field, Material::model);
   report.model_thickness_p50_mm = quantiles(model.samples).p50;
-  report.max_height_mm = options.max_height_mm > 0.0 ? options.max_height_mm : 1.2 * report.model_thickness_p50_mm;
+  report.max_height_mm = options.max_height_mm > 0.0 ? options.max_height_mm : usual_max_height(options, report);
   // Without a limit and without a model to take it from, nothing is divided.
   const bool divide = report.max_height_mm > 0.0;
 
@@ -415,8 +421,8 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
   report.checks.push_back(check_at_most("trim.coarsening_volume", coarsening, 1e-3,
                                         "change of a material's volume by making its triangles fewer, relative"));
   if (divide) {
-    report.checks.push_back(check_at_most("trim.support_height_p99", report.support_height_p99_mm,
-                                          1.25 * report.max_height_mm,
+    const double most = options.max_height_mm > 0.0 ? 1.25 * options.max_height_mm : 1.5 * report.model_thickness_p50_mm;
+    report.checks.push_back(check_at_most("trim.support_height_p99", report.support_height_p99_mm, most,
                                           "99th percentile of the printed support's height by area, mm"));
   }
   run.log(LogLevel::info, format("trim: %d layers of support, %d pieces, %zu small or floating ones removed",

@@ -208,6 +208,21 @@ TEST(TrimPasses, AThickColumnIsLaidInEqualPasses) {
   EXPECT_EQ(result.report.areas.kept_mm2, 0.0);
 }
 
+TEST(TrimPasses, WithoutALimitNoBeadIsHigherThanWideWithinTheModelsOwnThickness) {
+  // Layers of model and support are 2 mm thick all over.
+  const Capsules solid({{{10, 10, -9}, {10, 10, 30}, 3.0}});
+  const Domain domain = shapes::brick_domain(Vec3(0, 0, 0), Vec3(20, 20, 16), {4, 4, 8}, [](const Vec3& p) { return p.x() > 15; });
+  const ScalarField field = shapes::sampled_field(domain, [](const Vec3& p) { return p.z() / 16; });
+  const LayerStack layers = slice_layers(domain, field, 8).stack;
+  for (const auto& [width, height] : {std::pair(0.8, 2.4), std::pair(2.7, 2.7), std::pair(5.0, 3.0)}) {
+    TrimOptions options;
+    options.bead_width_mm = width;
+    const TrimReport report = trim_layers(domain, field, layers, solid, options).report;
+    EXPECT_NEAR(report.max_height_mm, height, 1e-9) << "beads of " << width << " mm";
+    EXPECT_TRUE(all_ok(report.checks));
+  }
+}
+
 TEST(TrimPasses, EachRegionHasItsOwnNumberAndJoinedRegionsTheLargest) {
   // Thickness falls with x from 2 to 1 mm. Two columns stay apart; two others meet in the upper half of layer 3 only.
   const Domain domain = shapes::brick_domain(Vec3(0, 0, 0), Vec3(20, 20, 16), {10, 10, 8}, [](const Vec3&) { return false; });

@@ -15,7 +15,9 @@ struct TrimOptions {
   // is more. Cut points lie on the surface whatever this is.
   double edge_length_mm = 0.4;
   double min_piece_area_mm2 = 0.32;  // smaller pieces are removed and listed; half a squared bead
-  // Support thicker than this is laid in passes; 0: 1.2 times the model's median thickness.
+  double bead_width_mm = 0.8;
+  // Support thicker than this is laid in passes; 0: than a bead is wide, or than 1.2 to 1.5 times the model's median thickness
+  // where the width is outside of that.
   double max_height_mm = 0.0;
   int max_passes = 12;
   bool remove_floating = true;  // pieces that nothing carries
