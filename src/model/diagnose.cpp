@@ -188,6 +188,16 @@ class Diagnosis : private ProblemList {
 
 }  // namespace
 
+const char* severity_word(MeshProblem::Severity severity) {
+  switch (severity) {
+    case Severity::note: return "note";
+    case Severity::mended: return "mended";
+    case Severity::refused: return "refused";
+    case Severity::no_support: return "no support";
+  }
+  return "";
+}
+
 bool MeshDiagnosis::usable() const {
   return std::none_of(problems.begin(), problems.end(),
                       [](const MeshProblem& p) { return p.severity == Severity::refused; });

@@ -10,16 +10,6 @@ namespace {
 
 constexpr std::size_t kIdsShown = 8;
 
-const char* severity_word(MeshProblem::Severity severity) {
-  switch (severity) {
-    case MeshProblem::Severity::note: return "note";
-    case MeshProblem::Severity::mended: return "mended";
-    case MeshProblem::Severity::refused: return "REFUSED";
-    case MeshProblem::Severity::no_support: return "NO SUPPORT";
-  }
-  return "";
-}
-
 std::string first_ids(const MeshProblem& problem) {
   std::string text;
   const std::size_t shown = std::min(problem.count(), kIdsShown);

@@ -15,16 +15,6 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kMaxPlaces = 500;         // listed and marked, of each problem
 constexpr std::size_t kMaxMarkedTets = 20000;  // drawn, of each problem
 
-const char* severity_name(MeshProblem::Severity severity) {
-  switch (severity) {
-    case MeshProblem::Severity::note: return "note";
-    case MeshProblem::Severity::mended: return "mended";
-    case MeshProblem::Severity::refused: return "refused";
-    case MeshProblem::Severity::no_support: return "no support";
-  }
-  return "";
-}
-
 class InspectPage {
  public:
   // Of a surface: `mesh` has its vertices and no tets, and `triangles` are drawn as they are.
@@ -149,7 +139,7 @@ class InspectPage {
         places.push_back({{"at", {centre.x(), centre.y(), centre.z()}}, {"text", problem.element + ids}});
       }
       checks.push_back({{"name", problem.name}, {"ok", problem.severity == MeshProblem::Severity::note},
-                        {"severity", severity_name(problem.severity)}, {"value", count}, {"limit", 0},
+                        {"severity", severity_word(problem.severity)}, {"value", count}, {"limit", 0},
                         {"detail", problem.text + (problem.remedy.empty() ? "." : ": " + problem.remedy + ".")}, {"places", places}});
     }
     scene_.info["checks"] = checks;

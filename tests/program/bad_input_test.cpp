@@ -140,7 +140,7 @@ TEST(BadInput, PartsThatPassThroughEachOtherHaveNoSupport) {
   folder.write("c.json", R"({"layers": {"count": 10}})");
   const Outcome inspected = folder.curvesup("inspect m.tet");
   EXPECT_EQ(inspected.exit_code, 3);
-  EXPECT_NE(inspected.out.find("NO SUPPORT intersecting_faces"), std::string::npos) << inspected.out;
+  EXPECT_NE(inspected.out.find("no support intersecting_faces"), std::string::npos) << inspected.out;
   EXPECT_NE(inspected.out.find("only with support.method none"), std::string::npos) << inspected.out;
   expect_refused(folder, "slice m.tet c.json", 4, "geometry", "inter");
   EXPECT_EQ(folder.curvesup("slice m.tet c.json -s support.method=none --stop-after layers").exit_code, 0);

@@ -28,6 +28,9 @@ struct MeshProblem {
   [[nodiscard]] std::size_t count() const { return ids.size() / static_cast<std::size_t>(ids_per_element); }
 };
 
+// "note", "mended", "refused", "no support".
+[[nodiscard]] const char* severity_word(MeshProblem::Severity severity);
+
 struct MeshDiagnosis {
   Index vertices = 0, tets = 0, boundary_faces = 0;
   bool surface = false;  // of a surface file: boundary_faces are its triangles, and there are no tets
