@@ -13,7 +13,7 @@ namespace curvesup {
 
 namespace {
 
-constexpr double kWidth = 900, kPanelHeight = 250, kTop = 44, kBottom = 52, kLeft = 78, kRight = 20, kGap = 18;
+constexpr double kWidth = 900, kPanelHeight = 250, kTop = 54, kBottom = 52, kLeft = 78, kRight = 20, kGap = 30;
 
 struct Range {
   double low = 1e300, high = -1e300;
@@ -46,7 +46,7 @@ Range x_range(const Chart& chart) {
 Range y_range(const ChartPanel& panel) {
   Range range;
   for (const ChartSeries& series : panel.series) {
-    for (const double y : series.y) range.include(y);
+    for (const double y : series.y) range.include(std::min(y, panel.y_most));
   }
   if (panel.y_from_zero && range.low <= range.high) range.include(0.0);
   range.make_proper();
@@ -193,17 +193,16 @@ void draw_series(Drawing& drawing, const ChartSeries& s, const Frame& f) {
   if (!points.empty()) drawing.polyline(points);
 }
 
+// Above the panel, where no series is.
 void draw_legend(Drawing& drawing, const ChartPanel& panel, const Frame& f) {
-  double x = f.x + f.width - 8.0;
+  double x = f.x + f.width + 10.0;
   for (auto series = panel.series.rbegin(); series != panel.series.rend(); ++series) {
     if (series->name.empty()) continue;
-    x -= drawing.width_of(series->name, 12) + 24.0;
-    drawing.colour({1, 1, 1}, 0.8);
-    drawing.box(x - 2.0, f.y + 4.0, drawing.width_of(series->name, 12) + 22.0, 17.0);
+    x -= drawing.width_of(series->name, 12) + 26.0;
     drawing.colour(series->colour);
-    drawing.box(x, f.y + 8.0, 11.0, 10.0);
+    drawing.box(x, f.y - 17.0, 11.0, 10.0);
     drawing.grey(0.15);
-    drawing.text(x + 15.0, f.y + 17.0, series->name, 12);
+    drawing.text(x + 15.0, f.y - 8.0, series->name, 12);
   }
 }
 

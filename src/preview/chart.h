@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct ChartPanel {
   std::string y_label;
   std::vector<ChartSeries> series;
   bool y_from_zero = true;
+  double y_most = std::numeric_limits<double>::infinity();  // the axis ends here, whatever is higher
 };
 
 struct Chart {

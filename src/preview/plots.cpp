@@ -164,6 +164,18 @@ ChartPanel strip_panel(const std::string& label, const Strip& strip, const Chart
   return {label, {range, {"mean", colour, Form::line, strip.x, strip.mean}}};
 }
 
+// A few far higher values would press all others together: the axis ends below them, and the legend says how high they are.
+void leave_out_rare_peaks(ChartPanel& panel, const char* unit) {
+  ChartSeries& range = panel.series[0];
+  std::vector<double> largest = range.y;
+  std::sort(largest.begin(), largest.end());
+  if (largest.empty()) return;
+  const double common = largest[largest.size() * 98 / 100];
+  if (largest.back() <= 1.6 * common) return;
+  panel.y_most = 1.3 * common;
+  range.name += format(", peaks up to %.2f %s cut off", largest.back(), unit);
+}
+
 Plot along_plot(const Toolpaths& toolpaths, const PrintClock& clock) {
   double total = 0.0;
   const auto each_segment = [&](const auto& visit) {
@@ -181,29 +193,36 @@ Plot along_plot(const Toolpaths& toolpaths, const PrintClock& clock) {
     height.add(at - 0.5 * length, toolpaths.points[p].height_mm, length);
     tilt.add(at - 0.5 * length, std::acos(std::clamp(clock.axis[p].z(), -1.0f, 1.0f)) * kDegrees, length);
   });
+  ChartPanel heights = strip_panel("bead height, mm", height.strip(1000.0), {0.13, 0.45, 0.42});
+  leave_out_rare_peaks(heights, "mm");
   return plot("along_the_print",
               {"Bead height and nozzle tilt along the print", "length laid, m",
-               {strip_panel("bead height, mm", height.strip(1000.0), {0.13, 0.45, 0.42}),
-                strip_panel("tilt from vertical, °", tilt.strip(1000.0), {0.42, 0.25, 0.55})}},
+               {heights, strip_panel("tilt from vertical, °", tilt.strip(1000.0), {0.42, 0.25, 0.55})}},
               "From the first bead to the last: how thick the bead is, and how far the nozzle leans from vertical. The band reaches from the least to the largest value in each four-hundredth of the print.");
 }
 
+// What a print of so many seconds is measured in.
+struct TimeUnit {
+  explicit TimeUnit(double end_s) : seconds(end_s > 3.0 * 3600.0 ? 3600.0 : 60.0), name(seconds > 60.0 ? "h" : "min") {}
+  double seconds;
+  const char* name;
+};
+
 Plot time_plot(const Toolpaths& toolpaths, const PrintClock& clock) {
-  std::array<double, 3> minutes{};
-  double printing = 0.0;
+  const TimeUnit unit(clock.end_s);
+  std::array<double, 3> time{};
   for (const Path& path : toolpaths.paths) {
     if (path.point_count == 0) continue;
     const double seconds = clock.point_s[path.first_point + path.point_count - 1] - clock.point_s[path.first_point];
-    minutes[static_cast<int>(path.material)] += seconds / 60.0;
-    printing += seconds / 60.0;
+    time[static_cast<int>(path.material)] += seconds / unit.seconds;
   }
-  minutes[2] = std::max(clock.end_s / 60.0 - printing, 0.0);
-  Chart chart{"Time by material", "", {{"minutes", {}}}, {}};
+  time[2] = std::max(clock.end_s / unit.seconds - time[0] - time[1], 0.0);
+  Chart chart{"Time by material", "", {{format("time, %s", unit.name), {}}}, {}};
   const ChartColour colours[] = {kModelColour, kSupportColour, {0.5, 0.55, 0.6}};
   const char* names[] = {"part", "support", "travel and changes"};
   for (int i = 0; i < 3; ++i) {
-    chart.panels[0].series.push_back({"", colours[i], Form::bars, {static_cast<double>(i)}, {minutes[i]}, {}, 0.6});
-    chart.x_names.push_back(format("%s: %.1f min", names[i], minutes[i]));
+    chart.panels[0].series.push_back({"", colours[i], Form::bars, {static_cast<double>(i)}, {time[i]}, {}, 0.6});
+    chart.x_names.push_back(format("%s: %.1f %s", names[i], time[i], unit.name));
   }
   return plot("time_by_material", chart, "Where the time of the print goes: laying the part, laying the support, and everything in between.");
 }
@@ -229,13 +248,14 @@ Plot joints_plot(const Motion& motion, const Arm& arm) {
   constexpr const char* kJoint[] = {"base", "shoulder", "elbow", "wrist 1", "wrist 2", "wrist 3"};
   constexpr ChartColour kColours[] = {{0.12, 0.35, 0.65}, {0.85, 0.45, 0.05}, {0.15, 0.55, 0.25},
                                       {0.75, 0.15, 0.15}, {0.45, 0.3, 0.65}, {0.4, 0.4, 0.4}};
-  Chart chart{"Joint angles and distance from singular poses", "time, min", {{"joint angle, °", {}, false}, {}}};
+  const TimeUnit unit(end);
+  Chart chart{"Joint angles and distance from singular poses", format("time, %s", unit.name), {{"joint angle, °", {}, false}, {}}};
   for (int j = 0; j < 6; ++j) {
-    const Strip strip = angle[j].strip(60.0);
+    const Strip strip = angle[j].strip(unit.seconds);
     chart.panels[0].series.push_back({kJoint[j], kColours[j], Form::line, strip.x, strip.mean});
   }
   chart.panels[1] = {"singularity metric", {}};
-  const Strip strip = distance.strip(60.0);
+  const Strip strip = distance.strip(unit.seconds);
   chart.panels[1].series.push_back({"", {0.7, 0.1, 0.3}, Form::line, strip.x, strip.least});
   return plot("joints", chart, "Angles of the six joints while printing, and how far the arm stays from poses in which it loses a direction (stretched elbow, aligned wrist, hand above the base); 0 would be such a pose.");
 }

@@ -82,6 +82,14 @@ TEST(Chart, BarsCoverTheirShareOfTheFrame) {
   EXPECT_NEAR(static_cast<double>(picture.count(blue)) / static_cast<double>(picture.count(red)), 3.0, 0.05);
 }
 
+TEST(Chart, AnAxisThatEndsCutsOffWhatIsHigher) {
+  const ChartColour red{1, 0, 0}, blue{0, 0, 1};
+  Chart chart{"t", "x", {{"y", {{"", red, ChartSeries::Form::bars, {0}, {1}, {}, 1.0}, {"", blue, ChartSeries::Form::bars, {1}, {50}, {}, 1.0}}}}};
+  chart.panels[0].y_most = 2.0;
+  const Picture picture = read(draw_chart(chart));
+  EXPECT_NEAR(static_cast<double>(picture.count(blue)) / static_cast<double>(picture.count(red)), 2.0 * 1.05, 0.05);
+}
+
 TEST(Chart, StandsNothingAndOneValue) {
   EXPECT_GT(read(draw_chart({"empty", "x", {{"y", {}}}})).width, 0u);
   EXPECT_GT(read(draw_chart({"one", "x", {{"y", {{"s", {0, 0, 0}, ChartSeries::Form::line, {2}, {7}}}}}})).width, 0u);
