@@ -100,7 +100,7 @@ window.curvesupReport = (function () {
     'overhang.blocked_area_mm2': 'overhanging area that the configuration leaves without support',
     'support.area_mm2': 'area of all printed layers of support', 'support.pieces': 'connected regions of printed support',
     'support.max_height_mm': 'thickest layer of support', 'support.blocked_area_mm2': 'overhanging area that the configuration leaves without support',
-    'toolpath.max_height_mm': 'thickest bead', 'toolpath.points': 'points of all lines',
+    'toolpath.max_height_mm': 'thickest bead', 'toolpath.max_flow_mm3_s': 'most plastic that the nozzle lays at a time', 'toolpath.points': 'points of all lines',
     'toolpath.covered_fraction': 'share of the layers under a bead', 'layers.triangles': 'triangles of all layers',
     low_mm: 'lowest corner of the box around it', high_mm: 'highest corner of the box around it', size_mm: 'size of the box around it',
     flipped_tets: 'tetrahedra that were inside out and have been mended', duplicate_vertices: 'points that were given twice and have been joined',
@@ -147,15 +147,23 @@ window.curvesupReport = (function () {
     min_singularity_metric: 'nearest to a pose that loses a direction; larger is better', max_joint_speed_ratio: 'fastest joint, share of its limit',
     time_s: 'time of the print', filament_mm: 'filament used', material_changes: 'changes between the two materials',
   };
+  // Ends of keys, their units, and the larger unit that so many of them make.
+  const kUnits = [['_mm3_s', 'mm³/s'], ['_mm3', 'mm³', 1000, 'cm³'], ['_mm2', 'mm²', 100, 'cm²'], ['length_mm', 'mm', 1000, 'm'],
+    ['travel_mm', 'mm', 1000, 'm'], ['filament_mm', 'mm', 1000, 'm'], ['_mm', 'mm'], ['_deg', '°'], ['_s', 's']];
   function unit(key, value, tools) {
-    if (key === 'time_s' && typeof value === 'number') return tools.clockText(value);
+    if (/(^|_)time_s$/.test(key) && typeof value === 'number') return tools.clockText(value);
     if (typeof value === 'boolean') return value ? 'yes' : 'no';
+    if (Array.isArray(value)) return `(${value.map((v) => unit('', v, tools)).join(', ')})`;
     if (typeof value !== 'number') return typeof value === 'string' ? value : JSON.stringify(value);
     if (/_fraction$/.test(key)) return `${(100 * value).toFixed(2)} %`;
-    const units = [['_mm3', 1000, 'cm³'], ['_mm2', 100, 'cm²'], ['length_mm', 1000, 'm'], ['travel_mm', 1000, 'm'], ['filament_mm', 1000, 'm'],
-      ['_mm', 1, 'mm'], ['_deg', 1, '°'], ['_s', 1, 's']];
-    for (const [end, divisor, name] of units) if (key.endsWith(end)) return `${tools.short(value / divisor)} ${name}`;
+    const [, name, many, larger] = kUnits.find(([end]) => key.endsWith(end)) || [];
+    if (name) return many && Math.abs(value) >= many ? `${tools.short(value / many)} ${larger}` : `${tools.short(value)} ${name}`;
     return Number.isInteger(value) ? value.toLocaleString('en') : tools.short(value);
+  }
+  // What a list says of one place: "position (1, 2, 3), face 7, reason ...".
+  function entryText(entry, tools) {
+    const name = (key) => key.replace(/_(mm\d?|deg|s)$/, '').replace(/_/g, ' ');
+    return Object.entries(entry).map(([key, value]) => `${name(key)} ${unit(key, value, tools)}`).join(', ');
   }
 
   // A dotted name that may break after its dots and underscores.
@@ -165,12 +173,16 @@ window.curvesupReport = (function () {
     return cell;
   }
 
+  const kEntries = 100;  // of a list
   function sectionTable(name, section, tools) {
     const {el} = tools, table = el('table', {class: 'numbers'});
     const sentence = (key) => kKeys[`${name}.${key}`] || kKeys[key] || '';
     for (const [key, value] of Object.entries(section)) {
-      if (Array.isArray(value) && value.length > 6) {
-        table.append(el('tr', {}, nameCell(key, tools), el('td', {class: 'number'}, `${value.length} entries`), el('td', {class: 'meaning'}, sentence(key))));
+      if (Array.isArray(value) && value.length && typeof value[0] === 'object') {
+        const shown = value.slice(0, kEntries).map((entry) => el('li', {}, entryText(entry, tools)));
+        if (value.length > kEntries) shown.push(el('li', {}, `and ${value.length - kEntries} more in report.json`));
+        table.append(el('tr', {}, nameCell(key, tools), el('td', {class: 'number'}, `${value.length} ${value.length > 1 ? 'entries' : 'entry'}`),
+          el('td', {class: 'meaning'}, sentence(key), el('details', {}, el('summary', {}, 'show'), el('ul', {}, ...shown)))));
         continue;
       }
       let text;

@@ -78,11 +78,15 @@ class ShippedModel : public ::testing::TestWithParam<const char*> {};
 // The page explains every number to somebody who has not read the paper.
 void expect_sentences(const ordered_json& report) {
   const std::string script = program::read_all(CURVESUP_DATA "/../src/preview/report.js");
+  const std::size_t sections = script.find("const kSections"), keys = script.find("const kKeys"), end = script.find("};", keys);
+  ASSERT_LT(sections, keys);
+  ASSERT_LT(keys, end);
+  const std::string of_checks = script.substr(0, sections), of_keys = script.substr(keys, end - keys);
   const auto has = [&](const std::string& key) {
-    return script.find(" " + key + ": '") != std::string::npos || script.find("'" + key + "': '") != std::string::npos;
+    return of_keys.find(" " + key + ": '") != std::string::npos || of_keys.find("'" + key + "': '") != std::string::npos;
   };
   for (const auto& check : report["checks"]) {
-    EXPECT_TRUE(has(check["name"].get<std::string>())) << "no sentence for " << check["name"];
+    EXPECT_NE(of_checks.find("'" + check["name"].get<std::string>() + "': '"), std::string::npos) << "no sentence for " << check["name"];
   }
   for (const auto& [name, section] : report.items()) {
     if (!section.is_object() || name == "program") continue;
