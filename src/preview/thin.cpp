@@ -66,6 +66,7 @@ void SheetReader::read(const Sheet& sheet) {
     }
     triangles_.push_back(corners);
   }
+  find_border();
 }
 
 CoarseSheet SheetReader::coarse(double cell_mm) const {
@@ -88,13 +89,15 @@ CoarseSheet SheetReader::coarse(double cell_mm) const {
   CoarseSheet out;
   std::vector<Index> cluster(vertices_.size());
   for (std::size_t begin = 0; begin < keyed.size();) {
-    std::size_t end = begin;
-    Vec3 sum = Vec3::Zero();
+    std::size_t end = begin, border = 0;
+    Vec3 sum = Vec3::Zero(), border_sum = Vec3::Zero();
     for (; end < keyed.size() && keyed[end].cell == keyed[begin].cell; ++end) {
-      sum += stack_.vertices[vertices_[keyed[end].vertex]];
+      const Vec3& v = stack_.vertices[vertices_[keyed[end].vertex]];
+      sum += v;
+      if (on_border_[keyed[end].vertex]) border_sum += v, ++border;
       cluster[keyed[end].vertex] = static_cast<Index>(out.vertices.size());
     }
-    out.vertices.push_back(sum / static_cast<double>(end - begin));
+    out.vertices.push_back(border > 0 ? Vec3(border_sum / static_cast<double>(border)) : Vec3(sum / static_cast<double>(end - begin)));
     begin = end;
   }
   for (const auto& t : triangles_) {
@@ -110,7 +113,7 @@ CoarseSheet SheetReader::coarse(double cell_mm) const {
   return out;
 }
 
-std::vector<std::vector<Vec3>> SheetReader::borders() const {
+void SheetReader::find_border() {
   // Half-edges in buckets of their lower vertex; one without its opposite is border.
   std::vector<Index> first(vertices_.size() + 1, 0);
   const auto each_edge = [&](const auto& visit) {
@@ -124,29 +127,34 @@ std::vector<std::vector<Vec3>> SheetReader::borders() const {
   std::vector<Index> fill(first.begin(), first.end() - 1);
   each_edge([&](Index a, Index b) { bucket[fill[std::min(a, b)]++] = {a, b}; });
 
-  std::vector<std::array<Index, 2>> border;
+  border_.clear();
+  on_border_.assign(vertices_.size(), 0);
   for (std::size_t v = 0; v + 1 < first.size(); ++v) {
     for (Index i = first[v]; i < first[v + 1]; ++i) {
       const auto [a, b] = bucket[i];
       const bool inner = std::any_of(bucket.begin() + first[v], bucket.begin() + first[v + 1],
                                      [a, b](const auto& edge) { return edge[0] == b && edge[1] == a; });
-      if (!inner) border.push_back(bucket[i]);
+      if (inner) continue;
+      border_.push_back(bucket[i]);
+      on_border_[a] = on_border_[b] = 1;
     }
   }
-  std::sort(border.begin(), border.end());
+  std::sort(border_.begin(), border_.end());
+}
 
-  std::vector<char> used(border.size(), 0);
+std::vector<std::vector<Vec3>> SheetReader::borders() const {
+  std::vector<char> used(border_.size(), 0);
   std::vector<std::vector<Vec3>> chains;
-  for (std::size_t start = 0; start < border.size(); ++start) {
+  for (std::size_t start = 0; start < border_.size(); ++start) {
     if (used[start]) continue;
-    std::vector<Vec3> chain = {stack_.vertices[vertices_[border[start][0]]]};
-    for (std::size_t edge = start; edge < border.size() && !used[edge];) {
+    std::vector<Vec3> chain = {stack_.vertices[vertices_[border_[start][0]]]};
+    for (std::size_t edge = start; edge < border_.size() && !used[edge];) {
       used[edge] = 1;
-      const Index next = border[edge][1];
+      const Index next = border_[edge][1];
       chain.push_back(stack_.vertices[vertices_[next]]);
-      edge = std::lower_bound(border.begin(), border.end(), std::array<Index, 2>{next, 0}) - border.begin();
-      while (edge < border.size() && border[edge][0] == next && used[edge]) ++edge;
-      if (edge < border.size() && border[edge][0] != next) break;
+      edge = std::lower_bound(border_.begin(), border_.end(), std::array<Index, 2>{next, 0}) - border_.begin();
+      while (edge < border_.size() && border_[edge][0] == next && used[edge]) ++edge;
+      if (edge < border_.size() && border_[edge][0] != next) break;
     }
     chains.push_back(std::move(chain));
   }

@@ -14,7 +14,8 @@ namespace curvesup {
 [[nodiscard]] std::vector<Index> thin_polyline(std::span<const Vec3> points, double tolerance,
                                                const std::function<bool(Index kept, Index candidate)>& must_keep = {});
 
-// A sheet in few triangles: vertices within one cell of a grid become their mean.
+// A sheet in few triangles: vertices within one cell of a grid become their mean, or that of those on the border, so that the
+// sheet reaches as far as before.
 struct CoarseSheet {
   std::vector<Vec3> vertices;
   std::vector<std::array<Index, 3>> triangles;
@@ -31,10 +32,14 @@ class SheetReader {
   [[nodiscard]] std::vector<std::vector<Vec3>> borders() const;
 
  private:
+  void find_border();
+
   const LayerStack& stack_;
   std::vector<Index> local_;     // by vertex of the stack, kNone outside the sheet
   std::vector<Index> vertices_;  // of the sheet, in order of first use
   std::vector<std::array<Index, 3>> triangles_;
+  std::vector<std::array<Index, 2>> border_;  // directed edges in ascending order
+  std::vector<char> on_border_;               // by vertex
 };
 
 }  // namespace curvesup

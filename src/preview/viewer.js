@@ -65,6 +65,7 @@
   }
   function short(value) {
     if (!Number.isFinite(value)) return String(value);
+    if (value !== 0 && Math.abs(value) < 0.001) return Number(value.toPrecision(3)).toExponential();
     return value === 0 ? '0' : Math.abs(value) >= 1000 ? value.toFixed(0) : String(parseFloat(value.toPrecision(3)));
   }
 
@@ -207,15 +208,17 @@
   }
 
   // Flat surfaces of one colour; the far side is darker. With `solid` it bounds something full: what a section shows of the
-  // far side is what the cut goes through, and is hatched.
+  // far side is what the cut goes through, and is hatched. Of a stack of `sheets` either side is seen, here one and there the
+  // other where they are steep: the same light falls on both, and no steep one is dark.
   function surfaceMaterial(colour, extra) {
     return material(
       'attribute vec3 position; uniform float uShift; void main() { place(uLow + uSize * position); gl_Position.z -= uShift * gl_Position.w; }',
-      `uniform vec3 uColour, uCut; uniform float uOpacity, uSolid;
+      `uniform vec3 uColour, uCut; uniform float uOpacity, uSolid, uSheets;
        void main() {
          section();
          vec3 n = normalize(cross(dFdx(vView), dFdy(vView)));
-         gl_FragColor = vec4(uColour * lamp(n) * (gl_FrontFacing ? 1.0 : 0.78), uOpacity);
+         float light = lamp(n);
+         gl_FragColor = vec4(uColour * (uSheets > 0.5 ? mix(0.8, light, 0.5) : gl_FrontFacing ? light : 0.78 * light), uOpacity);
          #ifdef CUT
          if (uSolid > 0.5 && !gl_FrontFacing) {
            gl_FragColor = vec4(mod(gl_FragCoord.x + gl_FragCoord.y, 9.0) < 1.5 ? uCut : mix(uCut, vec3(1.0), 0.62), uOpacity);
@@ -223,7 +226,7 @@
          #endif
        }`,
       Object.assign({uniforms: {uColour: {value: rgb(colour)}, uCut: {value: rgb(kCut)}, uOpacity: {value: 1},
-        uShift: {value: (extra && extra.shift) || 0}, uSolid: {value: extra && extra.solid ? 1 : 0}}},
+        uShift: {value: (extra && extra.shift) || 0}, uSolid: {value: extra && extra.solid ? 1 : 0}, uSheets: {value: extra && extra.sheets ? 1 : 0}}},
         extra && extra.side !== undefined ? {side: extra.side} : {}));
   }
   function positions(array) { return new THREE.BufferAttribute(array, 3, true); }
@@ -333,7 +336,7 @@
     return {index: new Uint32Array(out), ends: outEnds};
   }
   // What is drawn at each level of detail (see `adapt`): at most so many triangles, or segments, of each thing.
-  const kTriangles = [Infinity, Infinity, 30000, 8000, 1600], kSegments = [Infinity, Infinity, 120000, 25000, 3500];
+  const kTriangles = [Infinity, Infinity, 30000, 8000, 1600, 500], kSegments = [Infinity, Infinity, 120000, 25000, 3500, 1000];
   // Keeps one index a level, made when it is first needed, and puts the wanted one into the geometry.
   function detailed(geometry, make) {
     const made = [];
@@ -371,7 +374,7 @@
       chainEnd.push((chainEnd[s - 1] || 0) + chains[s]);
     }
     // The last sheet first: seen from above it hides the others, which then cost little.
-    const fill = indexed(vertices, index, surfaceMaterial(colour));
+    const fill = indexed(vertices, index, surfaceMaterial(colour, {sheets: true}));
     fill.detail = detailed(fill.geometry, (level) => {
       const some = level < 3 ? {index, ends: triangleEnd} : fewSheets(index, triangleEnd, 40);
       const few = fewTriangles(vertices, some.index, some.ends, kTriangles[level]);
@@ -922,11 +925,11 @@
 
   // ---------------------------------------------------------------- drawing
   // Detail while something moves: 0 all, 1 fewer pixels, 2 beads and branches as lines, from then on ever fewer lines and
-  // triangles; 3 no borders of layers, 4 half the pixels.
+  // triangles; 3 no borders of layers, 4 half the pixels, 5 a third.
   // Frames slower than 30 a second lower it, much faster ones raise it; a picture that stands still always has all detail,
   // and what it costs says where to begin when something moves again.
-  const kSlow = 33, kFast = 11, kLowest = 4;
-  function levelFor(cost) { return [kSlow, 60, 150, 500].filter((limit) => cost > limit).length; }
+  const kSlow = 33, kFast = 11, kLowest = 5;
+  function levelFor(cost) { return [kSlow, 60, 150, 500, 1500].filter((limit) => cost > limit).length; }
   let averageFrame = 16, fastFrames = 0;
   function adapt(frame) {
     averageFrame += 0.35 * (Math.min(frame, 400) - averageFrame);
@@ -940,7 +943,7 @@
   function moved() { lastMove = performance.now(); wake(); }
 
   function resize(level) {
-    const wanted = Math.min(window.devicePixelRatio || 1, 2) * (level >= 4 ? 0.5 : level >= 1 ? 0.75 : 1);
+    const wanted = Math.min(window.devicePixelRatio || 1, 2) * [1, 0.75, 0.75, 0.75, 0.5, 0.33][level];
     const w = canvas.clientWidth, h = canvas.clientHeight;
     if (wanted !== ratio || canvas.width !== Math.floor(w * wanted) || canvas.height !== Math.floor(h * wanted)) {
       ratio = wanted;
@@ -959,13 +962,13 @@
     set(parts.platform, show.platform);
     set(parts.marks, show.marks);
     set(parts.chosen, show.marks && !!state.chosen);
-    const glass = state.glass || !!scene.inspect;
+    const glass = state.glass || !!scene.inspect, closed = !scene.inspect && state.axis === 'off';
     for (const object of [parts.model, parts.overhang]) {
       if (!object) continue;
       object.material.uniforms.uOpacity.value = glass ? 0.3 : 1;
       object.material.transparent = glass;
       object.material.depthWrite = !glass;
-      object.material.side = glass ? THREE.FrontSide : THREE.DoubleSide;
+      object.material.side = glass || closed ? THREE.FrontSide : THREE.DoubleSide;
       object.renderOrder = glass ? 3 : 0;
     }
     for (const name of ['model', 'support']) {
