@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr int kMostHalvings = 4;
+constexpr double kLittleTurn = 0.5;      // cosine of the angle between border edges that make one front
 constexpr double kOneFrontCosine = 0.5;  // vertices whose ways to the border differ by less lie on one front
 constexpr double kKinkCosine = 0.8;      // two that meet at more than this angle have a kink between them
 constexpr double kKinkSlack = 0.02;      // of the edge's length
@@ -28,6 +29,12 @@ class Turn {
  private:
   Vec3 to_, shift_;
 };
+
+// The length of an edge's image in the plane across `normal`.
+double flat_length(const Vec3& edge, const Vec3& normal) {
+  const double rise = normal.dot(edge);
+  return std::sqrt(std::max(edge.squaredNorm() - rise * rise, 1e-24));
+}
 
 // The edge vector laid flat into the plane across `normal`, its length kept.
 Vec3 laid_flat(const Vec3& edge, const Vec3& normal) {
@@ -211,6 +218,13 @@ Front BorderDistance::seen_from(Index vertex, const Vec3& offset, const Vec3& no
   return front;
 }
 
+bool BorderDistance::on_one_front(Index a, Index b) const {
+  const Index one = fronts_[a].edge, other = fronts_[b].edge;
+  if (one == kNone || other == kNone || one == other) return one == other && one != kNone;
+  const auto runs_on = [&](Index e, Index f) { return border_.next[e] == f && border_.turn_cos[e] > kLittleTurn; };
+  return runs_on(one, other) || runs_on(other, one);
+}
+
 // No way along the surface is shorter than the straight line in space to the same border edge.
 void BorderDistance::keep_above_chord(Front& front, Index vertex) const {
   const Vec3 &a = mesh_.vertices[border_.from[front.edge]], &b = mesh_.vertices[border_.to[front.edge]];
@@ -247,6 +261,7 @@ void BorderDistance::propagate(bool from_border) {
     if (fronts_[v].wave || fronts_[v].distance > near_) return;
     for (Index k = first[v]; k < first[v + 1]; ++k) {
       const Index w = around[k];
+      if (!from_border && on_one_front(v, w)) continue;
       // No neighbour can be nearer than by the length of the edge; the slack covers what curvature adds.
       const Vec3 offset = mesh_.vertices[w] - mesh_.vertices[v];
       const double reach = offset.norm() * 1.05 + 1e-9;
@@ -299,6 +314,8 @@ void BorderDistance::march() {
   constexpr std::uint8_t kMostChanges = 20;
   constexpr double kGain = 1e-5;  // mm
   std::vector<std::uint8_t> changes(n, 0);
+  int clock = 0;  // tells what came first
+  std::vector<int> changed(n, 0), handed_on(n, 0);
   const auto offer = [&](Index vertex, double distance, const Vec3& from, Index source) {
     Front& held = fronts_[vertex];
     if (fixed[vertex] || changes[vertex] == kMostChanges || !(distance < held.distance - kGain)) return;
@@ -310,16 +327,16 @@ void BorderDistance::march() {
     held.tangent = length > 1e-9 ? Vec3(direction / length) : Vec3(normal.unitOrthogonal());
     held.distance = distance;
     ++changes[vertex];
+    changed[vertex] = ++clock;
     queue.push(distance, vertex);
   };
   const auto cross = [&](Index a, Index b, Index c, bool on_border) {
     const Front &at_a = fronts_[a], &at_b = fronts_[b];
     if (fixed[c] || fronts_[c].distance <= std::min(at_a.distance, at_b.distance)) return;
     const Vec3 edge = mesh_.vertices[b] - mesh_.vertices[a], side = mesh_.vertices[c] - mesh_.vertices[a];
-    const double length = edge.norm();
     offer(c, at_a.distance + side.norm(), -side, a);
-    if (at_b.distance == kFar) return;
-    offer(c, at_b.distance + (side - edge).norm(), edge - side, b);
+    if (at_b.distance == kFar || handed_on[b] > std::max(changed[a], changed[b])) return;  // in the latter case b has crossed it
+    const double length = edge.norm();
     if (length < 1e-9) return;
     if (at_a.distance == 0.0 && at_b.distance == 0.0 && !on_border) return;  // a chord, along which the distance is not 0
     const double along = side.dot(edge) / length, height = std::sqrt(std::max(0.0, side.squaredNorm() - along * along));
@@ -344,8 +361,8 @@ void BorderDistance::march() {
     const double mean_slope = (at_b.distance - at_a.distance) / length;
     if (at_a.distance == 0.0 || at_b.distance == 0.0) return shoot(at_a.distance, mean_slope, 0.0, 0.0, 0.0, length);
     const Vec3 to_a = to_border(at_a) / at_a.distance, to_b = to_border(at_b) / at_b.distance;
-    const double slope_a = -to_a.dot(laid_flat(edge, mesh_.normals[a])) / length;
-    const double slope_b = -to_b.dot(laid_flat(edge, mesh_.normals[b])) / length;
+    const double slope_a = -to_a.dot(edge) / flat_length(edge, mesh_.normals[a]);
+    const double slope_b = -to_b.dot(edge) / flat_length(edge, mesh_.normals[b]);
     const double reach = kKinkSlack * length;  // an end may lie on the kink itself
     const double kink = (at_b.distance - at_a.distance - slope_b * length) / (slope_a - slope_b);
     if (to_a.dot(to_b) < kKinkCosine && slope_a > slope_b && kink > -reach && kink < length + reach) {  // two fronts meet
@@ -360,6 +377,7 @@ void BorderDistance::march() {
     }
   };
   const auto hand_on = [&](Index v) {
+    handed_on[v] = ++clock;
     for (Index k = first[v]; k < first[v + 1]; ++k) {
       const auto& corners = mesh_.triangles[around[k]];
       const int i = corners[0] == v ? 0 : corners[1] == v ? 1 : 2;

@@ -45,6 +45,8 @@ class BorderDistance {
   [[nodiscard]] const EdgeTable& edges() const { return edges_; }
   [[nodiscard]] double distance(Index vertex) const { return fronts_[vertex].distance; }
   [[nodiscard]] const Front& front(Index vertex) const { return fronts_[vertex]; }
+  // Whether the nearest border edges of two vertices are one, or run on into each other.
+  [[nodiscard]] bool on_one_front(Index a, Index b) const;
 
   // The front of `vertex` as seen from the point vertex + offset, whose unit normal is given.
   [[nodiscard]] Front seen_from(Index vertex, const Vec3& offset, const Vec3& normal) const;

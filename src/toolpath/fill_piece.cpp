@@ -218,14 +218,17 @@ class PieceFiller {
     std::vector<Index> found;
     for (const TrackPoint& p : track.points) {
       if (!p.step) continue;
+      const auto near = [&](const Vec3& place) { return (place - p.position).squaredNorm() < reach * reach; };
       found.assign(1, p.triangle);
       for (std::size_t i = 0; i < found.size(); ++i) {
         irregular[found[i]] = 1;
         for (const Index across : mesh.neighbours[found[i]]) {
           if (across == kNone || std::find(found.begin(), found.end(), across) != found.end()) continue;
           const auto& [a, b, c] = mesh.triangles[across];
-          const Vec3 nearest = closest_point_on_triangle(p.position, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
-          if ((nearest - p.position).squaredNorm() < reach * reach) found.push_back(across);
+          if (near(mesh.vertices[a]) || near(mesh.vertices[b]) || near(mesh.vertices[c]) ||
+              near(closest_point_on_triangle(p.position, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]))) {
+            found.push_back(across);
+          }
         }
       }
     }

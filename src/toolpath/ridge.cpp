@@ -65,7 +65,7 @@ void Ridge::find_nodes() {
   for (std::size_t v = 0; v < uphill.size(); ++v) uphill[v] = distance_.to_border(distance_.front(static_cast<Index>(v)));
   for (std::size_t e = 0; e < table.edges.size(); ++e) {
     const Edge& edge = table.edges[e];
-    if (edge.right == kNone) continue;
+    if (edge.right == kNone || distance_.on_one_front(edge.from, edge.to)) continue;
     const Vec3 whole = mesh.vertices[edge.to] - mesh.vertices[edge.from];
     if (whole.squaredNorm() < 1e-18) continue;
     const double from = distance_.distance(edge.from), to = distance_.distance(edge.to);

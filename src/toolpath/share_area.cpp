@@ -206,7 +206,7 @@ class AreaShares {
 
   // The vertices that are no farther from an irregular triangle, along edges, than a bead reaches.
   [[nodiscard]] std::vector<char> near_irregular() const {
-    constexpr int kRounds = 4;
+    constexpr int kRounds = 2;
     const double reach = kReach * beads_.width;
     std::vector<double> distance(mesh_.vertices.size(), kFar);
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
