@@ -145,14 +145,17 @@ std::string config_snippet(const Machine& machine) {
   return text + link_pins(machine);
 }
 
+EmittedFile small_file(std::string name, std::string description, std::string text) {
+  return {std::move(name), std::move(description), [text = std::move(text)](const ByteSink& sink) { sink(text); }};
+}
+
 std::vector<EmittedFile> tool_macros(const Machine& machine) {
   std::vector<EmittedFile> files;
   for (const Filament& tool : tools_of(machine)) {
     const std::string number = std::to_string(tool.tool);
     const auto add = [&](const std::string& stem, const std::string& what, const std::string& commands) {
-      files.push_back({"duet/" + stem + number + ".g",
-                       "; " + what + " tool " + number + " (" + tool.name + "): the job itself unloads and loads the filament\n" + commands,
-                       "tool macro of the Duet, " + what + " tool " + number});
+      files.push_back(small_file("duet/" + stem + number + ".g", "tool macro of the Duet, " + what + " tool " + number,
+                                 "; " + what + " tool " + number + " (" + tool.name + "): the job itself unloads and loads the filament\n" + commands));
     };
     add("tfree", "before leaving", "M106 P" + std::to_string(machine.extruder.fan) + " S0\n");
     add("tpre", "before taking", "M83\n");

@@ -215,18 +215,18 @@ std::vector<DuetState> duet_states(const Motion& motion) {
   return states;
 }
 
-void write_duet_chains(const Toolpaths& toolpaths, std::size_t first, const std::vector<Chain>& chains,
-                       const std::vector<DuetState>& states, const std::vector<Signals>& signals,
-                       const Machine& machine, const RunContext& run, std::vector<std::string>& out) {
+std::vector<std::string> write_duet_chains(const Toolpaths& toolpaths, std::size_t first, const std::vector<Chain>& chains,
+                                           const std::vector<DuetState>& states, const std::vector<Signals>& signals,
+                                           const Machine& machine, const RunContext& run) {
   const ChainWriter writer(toolpaths, machine);
-  out.resize(first + chains.size());
+  std::vector<std::string> out(chains.size());
   parallel_for(chains.size(), 16, run, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t c = first + i;
-      out[c] = writer.write(chains[i], states[c], states[c + 1], signals[c].first);
-      out[c].shrink_to_fit();
+      out[i] = writer.write(chains[i], states[c], states[c + 1], signals[c].first);
     }
   });
+  return out;
 }
 
 std::string duet_header(const DuetHeader& header, const EmitOptions& options, const Machine& machine) {

@@ -33,10 +33,10 @@ struct DuetHeader {
   int layers = 0;
 };
 
-// chains[i] is chain first + i; `states` and `signals` are of all chains. Appends to `out`.
-void write_duet_chains(const Toolpaths& toolpaths, std::size_t first, const std::vector<Chain>& chains,
-                       const std::vector<DuetState>& states, const std::vector<Signals>& signals,
-                       const Machine& machine, const RunContext& run, std::vector<std::string>& out);
+// chains[i] is chain first + i; `states` and `signals` are of all chains.
+[[nodiscard]] std::vector<std::string> write_duet_chains(const Toolpaths& toolpaths, std::size_t first, const std::vector<Chain>& chains,
+                                                         const std::vector<DuetState>& states, const std::vector<Signals>& signals,
+                                                         const Machine& machine, const RunContext& run);
 [[nodiscard]] std::string duet_header(const DuetHeader& header, const EmitOptions& options, const Machine& machine);
 // Lines that the Duet runs while the robot waits at a barrier; in print.g, or sent by the robot where the link is `stream`.
 [[nodiscard]] std::string part_work(const Machine& machine, const DuetState& state);

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
+#include "curvesup/io/spool.h"
 #include "emit/companions.h"
 #include "emit/duet_job.h"
 #include "emit/robot_script.h"
@@ -60,24 +62,23 @@ std::vector<Part> pack_parts(const std::vector<RobotChain>& chains, const RobotC
   std::vector<Part> parts;
   const auto max_bytes = static_cast<std::size_t>(limits.max_bytes_per_part);
   const auto lift_after = [&](std::size_t i) {
-    return i + 1 < chains.size() ? std::pair{chains[i + 1].lift.size(), chains[i + 1].lift_moves}
-                                 : std::pair{end.body.size(), end.body_moves};
+    return i + 1 < chains.size() ? std::pair{chains[i + 1].lift_bytes, chains[i + 1].lift_moves}
+                                 : std::pair{end.body_bytes, end.body_moves};
   };
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < chains.size(); ++i) {
     const RobotChain& chain = chains[i];
     const auto [tail_bytes, tail_moves] = lift_after(i);
-    const bool fits = !parts.empty() &&
-                      bytes + chain.lift.size() + chain.body.size() + tail_bytes <= max_bytes &&
+    const bool fits = !parts.empty() && bytes + chain.lift_bytes + chain.body_bytes + tail_bytes <= max_bytes &&
                       parts.back().moves + chain.lift_moves + chain.body_moves + tail_moves <= limits.max_moves_per_part;
     if (fits) {
-      bytes += chain.lift.size() + chain.body.size();
+      bytes += chain.lift_bytes + chain.body_bytes;
       parts.back().moves += chain.lift_moves + chain.body_moves;
     } else {
       if (!parts.empty()) parts.back().moves += chain.lift_moves;
       const bool first = parts.empty();
       parts.push_back({i, i, 1 + chain.body_moves + (first ? chain.lift_moves : 0)});
-      bytes = frame_bytes + chain.body.size() + (first ? chain.lift.size() : 0);
+      bytes = frame_bytes + chain.body_bytes + (first ? chain.lift_bytes : 0);
       if (bytes + tail_bytes > max_bytes || parts.back().moves + tail_moves > limits.max_moves_per_part) {
         throw Error(ErrorKind::internal, "emit, chain " + std::to_string(i),
                     format("%d moves and %zu bytes do not fit into a part", parts.back().moves + tail_moves, bytes + tail_bytes),
@@ -98,14 +99,21 @@ double work_seconds(const PathMotion& path, int loaded_before, const Machine& ma
   return seconds;
 }
 
-// Everything that both files are made of.
+// Everything that the files are made of. The spools hold the chains one after the other; what a part needs of them is one
+// piece: from the body of its first chain to the lift of the next part's, so that headers and ends need not be kept.
 struct Program {
+  explicit Program(const Machine& for_machine, const EmitOptions& with) : machine(for_machine), options(with), robot_text(with.spool_folder), duet_text(with.spool_folder) {}
+
+  Machine machine;
+  EmitOptions options;
   std::vector<Signals> signals;
   std::vector<DuetState> states;
-  std::vector<RobotChain> robot;
+  std::vector<RobotChain> robot;  // their text is in the spool
   RobotChain robot_end;
-  std::vector<std::string> duet;
+  Spool robot_text, duet_text;
+  std::vector<std::uint64_t> robot_at, duet_at;  // where the text of each chain begins, and where the last one ends
   std::vector<Part> parts;
+  DuetHeader header;
 };
 
 void count_chain(const Chain& chain, const RobotChain& robot, int loaded, const Machine& machine, EmitReport& report) {
@@ -141,24 +149,36 @@ void count_end(const Program& program, const Machine& machine, EmitReport& repor
   }
 }
 
+void put_aside(std::string& text, Spool& spool, std::vector<std::uint64_t>& at) {
+  spool.append(text);
+  at.push_back(spool.size());
+  std::string().swap(text);
+}
+
 // Some chains at a time: their moves are several times as large as their text.
-Program write_chains(const Toolpaths& toolpaths, const Motion& motion, const Machine& machine, const EmitOptions& options,
-                     const RunContext& run, EmitReport& report) {
+void write_chains(const Toolpaths& toolpaths, const Motion& motion, const RunContext& run, Program& program, EmitReport& report) {
   constexpr std::size_t kTogether = 512;
+  const Machine& machine = program.machine;
+  const bool board = machine.link.kind != DuetLink::stream;
   const std::size_t count = motion.paths.size();
-  Program program;
   program.states = duet_states(motion);
   program.signals.reserve(count + 1);
   program.signals.emplace_back();
   program.robot.reserve(count);
-  if (machine.link.kind != DuetLink::stream) program.duet.reserve(count);
+  program.robot_at.assign(1, 0);
+  program.duet_at.assign(1, 0);
   for (std::size_t first = 0; first < count; first += kTogether) {
     const std::vector<Chain> chains =
-        schedule_chains(motion, first, std::min(kTogether, count - first), machine, options, run);
+        schedule_chains(motion, first, std::min(kTogether, count - first), machine, program.options, run);
     number_signals(chains, program.signals);
-    write_robot_chains(motion, first, chains, program.states, program.signals, machine, run, program.robot);
-    if (machine.link.kind != DuetLink::stream) {
-      write_duet_chains(toolpaths, first, chains, program.states, program.signals, machine, run, program.duet);
+    for (RobotChain& chain : write_robot_chains(motion, first, chains, program.states, program.signals, machine, run)) {
+      put_aside(chain.text, program.robot_text, program.robot_at);
+      program.robot.push_back(std::move(chain));
+    }
+    if (board) {
+      for (std::string& chain : write_duet_chains(toolpaths, first, chains, program.states, program.signals, machine, run)) {
+        put_aside(chain, program.duet_text, program.duet_at);
+      }
     }
     for (std::size_t i = 0; i < chains.size(); ++i) {
       count_chain(chains[i], program.robot[first + i], program.states[first + i].loaded, machine, report);
@@ -166,82 +186,88 @@ Program write_chains(const Toolpaths& toolpaths, const Motion& motion, const Mac
     run.progress(0.9 * static_cast<double>(first) / static_cast<double>(count));
   }
   program.robot_end = write_robot_end(motion, program.states.back(), machine, program.signals.back().first);
-  const DuetState widest{.tip_mm = Vec3::Constant(-1000.0), .loaded = 0};
-  const std::size_t frame = robot_part_header(machine, options, 99999, 99999, widest, Joints{-6, -6, -6, -6, -6, -6}).size() +
-                            robot_part_footer(machine, 99999).size();
-  program.parts = pack_parts(program.robot, program.robot_end, frame, machine.program);
+  put_aside(program.robot_end.text, program.robot_text, program.robot_at);
   count_end(program, machine, report);
-  run.progress(0.9);
-  return program;
 }
 
-DuetHeader make_header(const Toolpaths& toolpaths, const Machine& machine, const EmitOptions& options, const EmitReport& report) {
+DuetHeader make_header(const Toolpaths& toolpaths, const Program& program, const EmitReport& report) {
   DuetHeader header;
   header.version = CURVESUP_VERSION;
-  header.layer_height_mm = options.layer_height_mm > 0.0 ? options.layer_height_mm : median_height(toolpaths);
+  header.layer_height_mm = program.options.layer_height_mm > 0.0 ? program.options.layer_height_mm : median_height(toolpaths);
   header.time_s = report.time_s;
   header.layers = report.layers;
   for (int m = 0; m < kMaterialCount; ++m) {
-    const auto tool = static_cast<std::size_t>(machine.filaments[static_cast<std::size_t>(m)].tool);
+    const auto tool = static_cast<std::size_t>(program.machine.filaments[static_cast<std::size_t>(m)].tool);
     if (header.filament_mm.size() <= tool) header.filament_mm.resize(tool + 1, 0.0);
     header.filament_mm[tool] += report.filament_mm[m];
   }
   return header;
 }
 
-// The text of its chains goes over into the file.
-EmittedFile robot_file(Program& program, std::size_t index, const Machine& machine, const EmitOptions& options) {
-  const Part& part = program.parts[index];
-  const int number = static_cast<int>(index) + 1;
-  const int parts = static_cast<int>(program.parts.size());
-  EmittedFile file{"robot/part_" + padded(number, 4) + ".script", {},
-                   format("robot program, part %d of %d", number, parts)};
-  std::string& text = file.content;
-  const RobotChain* first = &program.robot[part.first];
-  std::size_t size = 8192;
-  for (std::size_t i = part.first; i < part.last; ++i) size += program.robot[i].lift.size() + program.robot[i].body.size();
-  text.reserve(size);
-  text += robot_part_header(machine, options, number, parts, program.states[part.first],
-                            index == 0 ? home_joints(machine) : first->start);
-  for (std::size_t i = part.first; i < part.last; ++i) {
-    if (i > part.first || index == 0) text += program.robot[i].lift;
-    text += program.robot[i].body;
-    std::string().swap(program.robot[i].lift);
-    std::string().swap(program.robot[i].body);
-  }
-  text += index + 1 < program.parts.size() ? program.robot[part.last].lift : program.robot_end.body;
-  text += robot_part_footer(machine, number);
-  return file;
+std::vector<Part> make_parts(const Program& program) {
+  const DuetState widest{.tip_mm = Vec3::Constant(-1000.0), .loaded = 0};
+  const std::size_t frame =
+      robot_part_header(program.machine, program.options, 99999, 99999, widest, Joints{-6, -6, -6, -6, -6, -6}).size() +
+      robot_part_footer(program.machine, 99999).size();
+  return pack_parts(program.robot, program.robot_end, frame, program.machine.program);
 }
 
-std::string duet_file(Program& program, const Machine& machine, const EmitOptions& options, const DuetHeader& header,
-                      std::vector<EmittedPart>& parts) {
-  std::string text;
-  std::size_t size = 8192;
-  for (const std::string& chain : program.duet) size += chain.size();
-  text.reserve(size + 1000 * program.parts.size());
-  text += duet_header(header, options, machine);
-  if (machine.link.kind == DuetLink::stream) return text + duet_end_of_stream_job(header);
-  for (std::size_t p = 0; p < program.parts.size(); ++p) {
-    const Part& part = program.parts[p];
-    parts[p].duet_offset = text.size();
-    text += duet_part_start(machine, static_cast<int>(p) + 1, program.states[part.first], program.signals[part.first].first);
-    for (std::size_t i = part.first; i < part.last; ++i) {
-      text += program.duet[i];
-      std::string().swap(program.duet[i]);
-    }
-  }
-  text += duet_end(machine, program.states.back(), header, program.signals.back().first);
+// What a script holds before and behind its piece of the spool, and that piece.
+struct PartText {
+  std::string header, footer;
+  std::uint64_t begin = 0, end = 0;
+};
+
+PartText text_of_part(const Program& program, std::size_t index) {
+  const Part& part = program.parts[index];
+  const int number = static_cast<int>(index) + 1;
+  const RobotChain& first = program.robot[part.first];
+  PartText text;
+  text.header = robot_part_header(program.machine, program.options, number, static_cast<int>(program.parts.size()),
+                                  program.states[part.first], index == 0 ? home_joints(program.machine) : first.start);
+  text.footer = robot_part_footer(program.machine, number);
+  text.begin = index == 0 ? 0 : program.robot_at[part.first] + first.lift_bytes;
+  const bool last = part.last == program.robot.size();
+  text.end = last ? program.robot_text.size() : program.robot_at[part.last] + program.robot[part.last].lift_bytes;
   return text;
 }
 
-std::vector<EmittedPart> part_table(const Program& program, const Motion& motion, const Machine& machine) {
+void write_part(const Program& program, std::size_t index, const ByteSink& sink) {
+  const PartText text = text_of_part(program, index);
+  sink(text.header);
+  program.robot_text.read(text.begin, text.end, sink);
+  sink(text.footer);
+}
+
+std::string duet_start_of(const Program& program, std::size_t part) {
+  const std::size_t first = program.parts[part].first;
+  return duet_part_start(program.machine, static_cast<int>(part) + 1, program.states[first], program.signals[first].first);
+}
+
+void write_job(const Program& program, const ByteSink& sink) {
+  sink(duet_header(program.header, program.options, program.machine));
+  if (program.machine.link.kind == DuetLink::stream) return sink(duet_end_of_stream_job(program.header));
+  for (std::size_t p = 0; p < program.parts.size(); ++p) {
+    sink(duet_start_of(program, p));
+    program.duet_text.read(program.duet_at[program.parts[p].first], program.duet_at[program.parts[p].last], sink);
+  }
+  sink(duet_end(program.machine, program.states.back(), program.header, program.signals.back().first));
+}
+
+std::vector<EmittedPart> part_table(const Program& program, const Motion& motion) {
+  const Machine& machine = program.machine;
+  const bool board = machine.link.kind != DuetLink::stream;
+  std::size_t starts = duet_header(program.header, program.options, machine).size();  // bytes of the job that are in no chain
   std::vector<EmittedPart> table;
   for (std::size_t p = 0; p < program.parts.size(); ++p) {
     const Part& part = program.parts[p];
     EmittedPart row;
     row.file = "robot/part_" + padded(static_cast<int>(p) + 1, 4) + ".script";
     row.moves = part.moves;
+    if (board) {
+      row.duet_offset = starts + program.duet_at[part.first];
+      starts += duet_start_of(program, p).size();
+    }
     for (std::size_t i = part.first; i < part.last; ++i) {
       const PathMotion& path = motion.paths[i];
       row.chains.push_back({path.path, path.section, path.sections});
@@ -256,7 +282,18 @@ std::vector<EmittedPart> part_table(const Program& program, const Motion& motion
   return table;
 }
 
-void add_checks(const Toolpaths& toolpaths, const Machine& machine, const EmittedFiles& out, EmitReport& report) {
+std::size_t parts_over_cap(const Program& program) {
+  const ProgramLimits& limits = program.machine.program;
+  std::size_t over = 0;
+  for (std::size_t p = 0; p < program.parts.size(); ++p) {
+    const PartText text = text_of_part(program, p);
+    const std::uint64_t bytes = text.header.size() + (text.end - text.begin) + text.footer.size();
+    over += bytes > static_cast<std::uint64_t>(limits.max_bytes_per_part) || program.parts[p].moves > limits.max_moves_per_part;
+  }
+  return over;
+}
+
+void add_checks(const Toolpaths& toolpaths, const Program& program, EmitReport& report) {
   double volume[kMaterialCount] = {};
   for (const Path& path : toolpaths.paths) {
     for (Index i = 0; i < path.point_count; ++i) {
@@ -268,12 +305,7 @@ void add_checks(const Toolpaths& toolpaths, const Machine& machine, const Emitte
     if (volume[m] > 0.0) worst = std::max(worst, std::abs(report.printed_volume_mm3[m] / volume[m] - 1.0));
   }
   report.checks.push_back(check_at_most("emit.volume", worst, 1e-6, "bead volume of the programs against the toolpaths, relative"));
-  std::size_t over = 0;
-  for (std::size_t p = 0; p < out.parts.size(); ++p) {
-    over += out.files[p].content.size() > static_cast<std::size_t>(machine.program.max_bytes_per_part) ||
-            out.parts[p].moves > machine.program.max_moves_per_part;
-  }
-  report.checks.push_back(check_equal("emit.parts_over_cap", static_cast<double>(over), 0.0, "robot parts above a cap"));
+  report.checks.push_back(check_equal("emit.parts_over_cap", static_cast<double>(parts_over_cap(program)), 0.0, "robot parts above a cap"));
   report.checks.push_back(check_at_most("emit.chunk_mismatch_s", report.max_chunk_mismatch_s, 0.05,
                                         "robot against Duet by the time model, longest difference of a chunk"));
   report.checks.push_back(check_at_most("emit.flow_ratio", report.max_flow_ratio, 1.0 + 1e-6,
@@ -282,22 +314,33 @@ void add_checks(const Toolpaths& toolpaths, const Machine& machine, const Emitte
 
 }  // namespace
 
+std::string text_of(const EmittedFile& file) {
+  std::string text;
+  file.write([&text](std::string_view piece) { text += piece; });
+  return text;
+}
+
 EmittedFiles emit_robot(const Toolpaths& toolpaths, const Motion& motion, const Machine& machine,
                         const EmitOptions& requested, const RunContext& run) {
   EmitOptions options = requested;
   options.title = plain_text(requested.title);
   EmittedFiles out;
-  Program program = write_chains(toolpaths, motion, machine, options, run, out.report);
-  out.parts = part_table(program, motion, machine);
-  out.files.reserve(program.parts.size() + 16);
-  for (std::size_t p = 0; p < program.parts.size(); ++p) out.files.push_back(robot_file(program, p, machine, options));
-  const DuetHeader header = make_header(toolpaths, machine, options, out.report);
-  out.files.push_back({"duet/print.g", duet_file(program, machine, options, header, out.parts), "job for the Duet board, in step with robot/"});
-  out.files.push_back({"duet/config_snippet.g", config_snippet(machine), "what config.g of the Duet needs once"});
+  const auto program = std::make_shared<Program>(machine, options);
+  write_chains(toolpaths, motion, run, *program, out.report);
+  program->parts = make_parts(*program);
+  program->header = make_header(toolpaths, *program, out.report);
+  out.parts = part_table(*program, motion);
+  for (std::size_t p = 0; p < out.parts.size(); ++p) {
+    out.files.push_back({out.parts[p].file, format("robot program, part %zu of %zu", p + 1, out.parts.size()),
+                         [program, p](const ByteSink& sink) { write_part(*program, p, sink); }});
+  }
+  out.files.push_back({"duet/print.g", "job for the Duet board, in step with robot/",
+                       [program](const ByteSink& sink) { write_job(*program, sink); }});
+  out.files.push_back(small_file("duet/config_snippet.g", "what config.g of the Duet needs once", config_snippet(machine)));
   for (EmittedFile& macro : tool_macros(machine)) out.files.push_back(std::move(macro));
-  out.files.push_back({"robot/play_parts.py", player_script(), "sends the parts to the robot one after another"});
-  out.files.push_back({"OPERATOR.md", operator_page(machine, options, out.parts, out.report), "wiring, calibration, stop and resume"});
-  add_checks(toolpaths, machine, out, out.report);
+  out.files.push_back(small_file("robot/play_parts.py", "sends the parts to the robot one after another", player_script()));
+  out.files.push_back(small_file("OPERATOR.md", "wiring, calibration, stop and resume", operator_page(machine, options, out.parts, out.report)));
+  add_checks(toolpaths, *program, out.report);
   run.progress(1.0);
   return out;
 }

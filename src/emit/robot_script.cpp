@@ -82,18 +82,19 @@ class ChainWriter {
     out.start = before;
     Index travel = path.first_travel;
     const Index end = path.first_travel + path.travel_count;
+    out.text.reserve(400 + 110 * (chain.moves.size() + static_cast<std::size_t>(end - travel)));
     while (travel < end && motion_.travels[travel].step == TravelStep::lift) append_lift(motion_.travels[travel++], out);
-    out.body.reserve(400 + 110 * (chain.moves.size() + static_cast<std::size_t>(end - travel)));
-    append_path_comment(out.body, path);
+    out.lift_bytes = out.text.size();
+    append_path_comment(out.text, path);
     long signal = signals.first;
     bool changed = false;
     for (; travel < end; ++travel) {
       const Travel& step = motion_.travels[travel];
-      append_travel(out.body, step, travel + 1 == end, machine_.speeds);
+      append_travel(out.text, step, travel + 1 == end, machine_.speeds);
       ++out.body_moves;
       out.body_s += step.duration_s;
       if (path.material_change_before && !changed && step.step == TravelStep::purge) {
-        append_change(state.loaded, path.material, signal, out.body);
+        append_change(state.loaded, path.material, signal, out.text);
         signal += 2;
         changed = true;
       }
@@ -103,19 +104,21 @@ class ChainWriter {
                   "the material changes but no travel reaches the purge station");
     }
     append_print(chain, signal, out);
+    out.body_bytes = out.text.size() - out.lift_bytes;
     return out;
   }
 
   RobotChain write_end(const DuetState& state, long signal) const {
     RobotChain out;
     for (Index travel = motion_.final_travel; travel < static_cast<Index>(motion_.travels.size()); ++travel) {
-      append_travel(out.body, motion_.travels[travel], false, machine_.speeds);
+      append_travel(out.text, motion_.travels[travel], false, machine_.speeds);
       ++out.body_moves;
       out.body_s += motion_.travels[travel].duration_s;
     }
-    out.body += " # barrier unload\n";
-    link_.work_barrier(out.body, signal, work([&] { return unload_work(machine_, state.loaded) + finish_work(machine_); }),
+    out.text += " # barrier unload\n";
+    link_.work_barrier(out.text, signal, work([&] { return unload_work(machine_, state.loaded) + finish_work(machine_); }),
                        machine_.link.tool_change_timeout_s);
+    out.body_bytes = out.text.size();
     return out;
   }
 
@@ -127,7 +130,7 @@ class ChainWriter {
   }
 
   void append_lift(const Travel& travel, RobotChain& out) const {
-    append_travel(out.lift, travel, false, machine_.speeds);
+    append_travel(out.text, travel, false, machine_.speeds);
     ++out.lift_moves;
     out.lift_s += travel.duration_s;
     out.start = travel.joints;
@@ -144,16 +147,16 @@ class ChainWriter {
   void append_print(const Chain& chain, long signal, RobotChain& out) const {
     const PathMotion& path = *chain.motion;
     const double timeout = machine_.link.timeout_s + 2.0 * filament(path.material).retract_mm / filament(path.material).retract_mm_s;
-    out.body += " # barrier path ";
-    append_integer(out.body, path.path);
-    out.body += " section ";
-    append_integer(out.body, path.section + 1);
-    out.body += '\n';
-    link_.chain_start(out.body, signal++, work([&] { return chain_start_work(machine_, path.material) + "G92 X0\n"; }), timeout);
+    out.text += " # barrier path ";
+    append_integer(out.text, path.path);
+    out.text += " section ";
+    append_integer(out.text, path.section + 1);
+    out.text += '\n';
+    link_.chain_start(out.text, signal++, work([&] { return chain_start_work(machine_, path.material) + "G92 X0\n"; }), timeout);
     std::vector<std::string> lines;
     if (link_.streams()) {
       lines = chunk_lines(chain);
-      if (!lines.empty()) RobotLink::send(out.body, lines.front());
+      if (!lines.empty()) RobotLink::send(out.text, lines.front());
     }
     const int chunks = static_cast<int>(chain.chunks.size());
     int chunk = 0;
@@ -161,14 +164,14 @@ class ChainWriter {
       if (chunk < chunks && chain.chunks[chunk] == k) {
         ++chunk;
         if (chunk < chunks) {
-          if (link_.streams()) link_.send_in_motion(out.body, lines[chunk], signal);
-          if (!link_.streams()) link_.gate(out.body, chunk, signal);
+          if (link_.streams()) link_.send_in_motion(out.text, lines[chunk], signal);
+          if (!link_.streams()) link_.gate(out.text, chunk, signal);
           ++signal;
         }
       }
-      append_print_move(out.body, chain.moves[k], machine_.speeds);
+      append_print_move(out.text, chain.moves[k], machine_.speeds);
     }
-    link_.chain_end(out.body, signal, work([&] { return chain_end_work(machine_, path.material); }), timeout);
+    link_.chain_end(out.text, signal, work([&] { return chain_end_work(machine_, path.material); }), timeout);
     out.body_moves += static_cast<int>(chain.moves.size());
     out.body_s += chain.duet_s;
   }
@@ -224,18 +227,18 @@ Joints home_joints(const Machine& machine) {
   return home;
 }
 
-void write_robot_chains(const Motion& motion, std::size_t first, const std::vector<Chain>& chains,
-                        const std::vector<DuetState>& states, const std::vector<Signals>& signals,
-                        const Machine& machine, const RunContext& run, std::vector<RobotChain>& out) {
+std::vector<RobotChain> write_robot_chains(const Motion& motion, std::size_t first, const std::vector<Chain>& chains,
+                                           const std::vector<DuetState>& states, const std::vector<Signals>& signals,
+                                           const Machine& machine, const RunContext& run) {
   const ChainWriter writer(motion, machine);
-  out.resize(first + chains.size());
+  std::vector<RobotChain> out(chains.size());
   parallel_for(chains.size(), 16, run, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t c = first + i;
-      out[c] = writer.write(chains[i], states[c], signals[c], joints_before(motion, c, machine));
-      out[c].body.shrink_to_fit();
+      out[i] = writer.write(chains[i], states[c], signals[c], joints_before(motion, c, machine));
     }
   });
+  return out;
 }
 
 RobotChain write_robot_end(const Motion& motion, const DuetState& state, const Machine& machine, long first_signal) {

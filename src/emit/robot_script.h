@@ -8,18 +8,19 @@
 
 namespace curvesup::emit {
 
-// Script of one chain. `lift` leaves the chain before; a part may end between lift and body.
+// Script of one chain: lift, then body. The lift leaves the chain before; a part may end between the two.
 struct RobotChain {
-  std::string lift, body;
+  std::string text;
+  std::size_t lift_bytes = 0, body_bytes = 0;
   int lift_moves = 0, body_moves = 0;
   double lift_s = 0.0, body_s = 0.0;   // travel and printing; not the work at barriers
   Joints start{};                      // where the arm stands between lift and body
 };
 
-// chains[i] is chain first + i of `motion`; `states` and `signals` are of all chains. Appends to `out`.
-void write_robot_chains(const Motion& motion, std::size_t first, const std::vector<Chain>& chains,
-                        const std::vector<DuetState>& states, const std::vector<Signals>& signals,
-                        const Machine& machine, const RunContext& run, std::vector<RobotChain>& out);
+// chains[i] is chain first + i of `motion`; `states` and `signals` are of all chains.
+[[nodiscard]] std::vector<RobotChain> write_robot_chains(const Motion& motion, std::size_t first, const std::vector<Chain>& chains,
+                                                         const std::vector<DuetState>& states, const std::vector<Signals>& signals,
+                                                         const Machine& machine, const RunContext& run);
 
 [[nodiscard]] Joints home_joints(const Machine& machine);
 

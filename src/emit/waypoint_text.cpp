@@ -1,4 +1,3 @@
-#include "curvesup/core/parallel.h"
 #include "curvesup/emit/emit.h"
 #include "emit/duet_job.h"
 #include "emit/text.h"
@@ -51,8 +50,7 @@ std::string rows_of_motion(const Motion& motion, std::size_t first, std::size_t 
 
 }  // namespace
 
-std::vector<EmittedFile> emit_waypoints(const Toolpaths& toolpaths, const Motion& motion, const Machine& machine,
-                                        const RunContext& run) {
+std::vector<EmittedFile> emit_waypoints(const Toolpaths& toolpaths, const Motion& motion, const Machine& machine) {
   struct Range {
     std::size_t first = 0, last = 0;
   };
@@ -63,16 +61,14 @@ std::vector<EmittedFile> emit_waypoints(const Toolpaths& toolpaths, const Motion
     range.last = i + 1;
   }
   std::vector<EmittedFile> files(toolpaths.paths.size());
-  parallel_for(files.size(), 16, run, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Path& path = toolpaths.paths[i];
-      const double per_mm3 = filament_per_mm3(machine, path.material);
-      files[i].name = "waypoints/" + padded(static_cast<int>(i) + 1, 5) + (path.material == Material::support ? "S" : "") + ".txt";
-      files[i].content = chains[i].first < chains[i].last ? rows_of_motion(motion, chains[i].first, chains[i].last, per_mm3)
-                                                          : rows_of_toolpath(toolpaths, path, per_mm3);
-      files[i].description = "waypoints of path " + std::to_string(i);
-    }
-  });
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const Path& path = toolpaths.paths[i];
+    files[i].name = "waypoints/" + padded(static_cast<int>(i) + 1, 5) + (path.material == Material::support ? "S" : "") + ".txt";
+    files[i].description = "waypoints of path " + std::to_string(i);
+    files[i].write = [&toolpaths, &motion, &path, range = chains[i], per_mm3 = filament_per_mm3(machine, path.material)](const ByteSink& sink) {
+      sink(range.first < range.last ? rows_of_motion(motion, range.first, range.last, per_mm3) : rows_of_toolpath(toolpaths, path, per_mm3));
+    };
+  }
   return files;
 }
 

@@ -61,6 +61,7 @@ std::vector<std::string> slice_stage_names() {
 SliceOutcome slice(const SliceRequest& request, const RunContext& outer) {
   SliceState state(request);
   OutputFolder folder(request.out);
+  state.spool_folder = folder.working_path();
 
   SliceOutcome outcome;
   double done = 0.0;

@@ -28,6 +28,7 @@ struct SliceState {
 
   const SliceRequest& request;
   Json config;  // resolved
+  std::filesystem::path spool_folder;  // for text between `emit` and its files; empty: it stays in memory
 
   std::string input_sha256;
   ModelResult model;

@@ -419,7 +419,8 @@ void motion(SliceState& state, const RunContext& run) {
 void emit(SliceState& state, const RunContext& run) {
   if (!state.robot_ok()) return;
   const Machine machine = machine_from_config(config_value(state.config, "machine"));
-  state.emitted = emit_robot(state.toolpath.toolpaths, state.motion.motion, machine, {.title = state.model.model.name}, run);
+  state.emitted = emit_robot(state.toolpath.toolpaths, state.motion.motion, machine,
+                             {.title = state.model.model.name, .spool_folder = state.spool_folder}, run);
   const EmitReport& report = state.emitted.report;
   state.add_checks(report.checks);
   state.report["motion"]["parts"] = state.emitted.parts.size();

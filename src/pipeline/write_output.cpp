@@ -67,11 +67,6 @@ void write_artifacts(OutputFolder& folder, SliceState& state, const RunContext& 
   const auto add = [&](std::string name, std::function<void(const ByteSink&)> produce) {
     tasks.push_back({std::move(name), std::move(produce)});
   };
-  const auto add_text = [&](std::vector<EmittedFile>& files, const auto& chosen) {
-    for (EmittedFile& file : files) {
-      if (chosen(file)) add(file.name, [&file](const ByteSink& sink) { sink(file.content); });
-    }
-  };
   add("config.resolved.json", [&](const ByteSink& sink) { sink(state.config.dump(2) + "\n"); });
   const ScalarField& field = state.extension.field;
   if (done(state, "extension") && wanted(state, "domain")) {
@@ -87,16 +82,19 @@ void write_artifacts(OutputFolder& folder, SliceState& state, const RunContext& 
   if (done(state, "toolpath") && wanted(state, "toolpaths")) {
     add("toolpaths.vtp", [&](const ByteSink& sink) { write_toolpaths_vtp(state.toolpath.toolpaths, sink); });
   }
-  add_text(state.emitted.files, [&](const EmittedFile& file) { return wanted(state, file.name.starts_with("duet/") ? "duet" : "robot"); });
-  std::vector<EmittedFile> waypoints;
-  if (done(state, "motion") && config_value(state.config, "output.waypoints").get<bool>()) {
-    waypoints = emit_waypoints(state.toolpath.toolpaths, state.motion.motion, machine_from_config(config_value(state.config, "machine")), run);
-    add_text(waypoints, [](const EmittedFile&) { return true; });
+  for (const EmittedFile& file : state.emitted.files) {
+    if (wanted(state, file.name.starts_with("duet/") ? "duet" : "robot")) add(file.name, file.write);
+  }
+  const bool waypoints = done(state, "motion") && config_value(state.config, "output.waypoints").get<bool>();
+  if (waypoints) {
+    const Machine machine = machine_from_config(config_value(state.config, "machine"));
+    for (EmittedFile& file : emit_waypoints(state.toolpath.toolpaths, state.motion.motion, machine)) add(file.name, std::move(file.write));
   }
   // Of a print that the robot cannot make, nothing more is told by its poses.
-  if (!state.robot_ok()) state.motion.motion = {};
+  if (!state.robot_ok() && !waypoints) state.motion.motion = {};
   folder.write_all(tasks, run);
-  for (EmittedFile& file : state.emitted.files) std::string().swap(file.content);
+  // The text has its place; the names are still asked for.
+  for (EmittedFile& file : state.emitted.files) file.write = {};
 }
 
 namespace {

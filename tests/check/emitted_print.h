@@ -75,7 +75,7 @@ inline WrittenPrint write_print(const Toolpaths& toolpaths, const Machine& machi
   const EmittedFiles emitted = emit_robot(toolpaths, motion.motion, machine);
   WrittenPrint print;
   print.machine = machine;
-  for (const EmittedFile& file : emitted.files) print.files[file.name] = file.content;
+  for (const EmittedFile& file : emitted.files) print.files[file.name] = text_of(file);
   print.files["toolpaths.vtp"] = toolpaths_file(toolpaths);
   print.parts = nlohmann::json::array();
   for (const EmittedPart& part : emitted.parts) {

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "curvesup/core/error.h"
+#include "helpers/temp_folder.h"
 
 namespace curvesup {
 namespace {
@@ -210,7 +211,7 @@ std::vector<Event> robot_events(const EmittedFiles& out, const Machine& machine)
   for (const EmittedPart& part : out.parts) {
     int depth = 0;
     bool first_wait = true;
-    for (const std::string& line : lines_of(file(out, part.file).content)) {
+    for (const std::string& line : lines_of(text_of(file(out, part.file)))) {
       const auto text = line.substr(line.find_first_not_of(' '));
       if (starts(text, "def ")) ++depth;
       if (depth == 1) {
@@ -287,7 +288,7 @@ TEST(EmitRobot, BothFilesHoldTheSameBarriersAndMoves) {
     const bool reset = robot[i].kind == "barrier0" && (i + 1 == robot.size() || robot[i + 1].kind != "acknowledge0");
     if (!reset) signalled.push_back(robot[i]);
   }
-  const auto duet = without_gates(duet_events(file(out, "duet/print.g").content));
+  const auto duet = without_gates(duet_events(text_of(file(out, "duet/print.g"))));
   ASSERT_EQ(signalled.size(), duet.size());
   std::string level = "0";
   std::size_t moves = 0;
@@ -324,7 +325,7 @@ TEST(EmitRobot, RobotSetsEachGateOneChunkAhead) {
     return chains;
   };
   auto robot = positions(robot_events(out, print.machine));
-  const auto duet = positions(duet_events(file(out, "duet/print.g").content));
+  const auto duet = positions(duet_events(text_of(file(out, "duet/print.g"))));
   ASSERT_EQ(robot.size(), duet.size());
   std::size_t gates = 0;
   for (std::size_t c = 0; c < duet.size(); ++c) {
@@ -357,7 +358,7 @@ TEST(EmitRobot, ChunksAreShortInMovesAndTime) {
   double speed = 0.0;
   bool standing = true;
   std::size_t moved = 0;  // chunk of the last move
-  for (const std::string& line : lines_of(file(out, "duet/print.g").content)) {
+  for (const std::string& line : lines_of(text_of(file(out, "duet/print.g")))) {
     if (starts(line, "M577")) chunks.emplace_back();
     if (line == "M400" && !standing) chunks[moved].seconds += speed / 500.0 / 2.0, standing = true;
     if (starts(line, "G0 X") || starts(line, "G92 X")) last = Vec3(word(line, 'X'), word(line, 'Y'), word(line, 'Z'));
@@ -396,7 +397,7 @@ TEST(EmitRobot, ChunkTimeCountsTheStart) {
   builder.add_path(0, Material::model, tips);
   builder.finish();
   std::vector<int> moves(1);
-  for (const Event& e : duet_events(file(emit_robot(print.toolpaths, print.motion, print.machine), "duet/print.g").content)) {
+  for (const Event& e : duet_events(text_of(file(emit_robot(print.toolpaths, print.motion, print.machine), "duet/print.g")))) {
     if (e.kind == "move") ++moves.back();
     if (starts(e.kind, "gate")) moves.push_back(0);
   }
@@ -412,7 +413,7 @@ TEST(EmitRobot, FilamentIsBeadVolumeOverFilamentArea) {
     for (Index i = 0; i < path.point_count; ++i) volume[static_cast<int>(path.material)] += print.toolpaths.points[path.first_point + i].volume_mm3;
   }
   int tool = -1;
-  for (const std::string& line : lines_of(file(out, "duet/print.g").content)) {
+  for (const std::string& line : lines_of(text_of(file(out, "duet/print.g")))) {
     if (line.size() == 2 && line[0] == 'T') tool = line[1] - '0';
     if (starts(line, "G1 ")) {
       ASSERT_GE(tool, 0);
@@ -432,7 +433,7 @@ TEST(EmitRobot, ExtruderMovesAloneAreBalanced) {
   const EmittedFiles out = emit_robot(print.toolpaths, print.motion, print.machine);
   double standing = 0.0;  // retracted by this much
   int loads = 0, unloads = 0;
-  for (const std::string& line : lines_of(file(out, "duet/print.g").content)) {
+  for (const std::string& line : lines_of(text_of(file(out, "duet/print.g")))) {
     if (!starts(line, "G1 E")) continue;
     const double e = word(line, 'E');
     EXPECT_GE(word(line, 'F'), 30.0);
@@ -457,12 +458,12 @@ TEST(EmitRobot, PartsKeepCapsAndStartOnTheirOwn) {
   const Print print = small_print();
   const EmittedFiles out = emit_robot(print.toolpaths, print.motion, print.machine);
   ASSERT_GE(out.parts.size(), 3u);
-  const std::string& job = file(out, "duet/print.g").content;
+  const std::string job = text_of(file(out, "duet/print.g"));
   std::vector<std::pair<Index, int>> printed;
   int travels = 0;
   for (std::size_t p = 0; p < out.parts.size(); ++p) {
     const EmittedPart& part = out.parts[p];
-    const std::string& text = file(out, part.file).content;
+    const std::string text = text_of(file(out, part.file));
     const auto lines = lines_of(text);
     EXPECT_TRUE(starts(lines.front(), "def part_000" + std::to_string(p + 1) + "():"));
     EXPECT_EQ(lines.back(), "part_000" + std::to_string(p + 1) + "()");
@@ -500,7 +501,7 @@ TEST(EmitRobot, ExpectedSecondsAddUpToTheHeader) {
   double sum = 0.0;
   for (const EmittedPart& part : out.parts) sum += part.expected_s;
   EXPECT_NEAR(sum, out.report.time_s, 1e-6);
-  const std::string& job = file(out, "duet/print.g").content;
+  const std::string job = text_of(file(out, "duet/print.g"));
   const std::string time = ";TIME:" + std::to_string(std::lround(sum)) + "\n";
   EXPECT_NE(job.find(time), std::string::npos);
   EXPECT_NE(job.find(time, job.size() - 4000), std::string::npos);
@@ -514,7 +515,7 @@ TEST(EmitRobot, NumbersAreInRangeAndLinesShort) {
   const EmittedFiles out = emit_robot(print.toolpaths, print.motion, print.machine);
   for (const EmittedPart& part : out.parts) {
     std::vector<RobotMove> run;
-    for (const std::string& line : lines_of(file(out, part.file).content)) {
+    for (const std::string& line : lines_of(text_of(file(out, part.file)))) {
       const auto at = line.find("p[");
       if (at != std::string::npos && line.find("move") != std::string::npos) {
         EXPECT_EQ(line.find('e', line.find("p[") + 2) < line.find(']'), false);
@@ -538,10 +539,20 @@ TEST(EmitRobot, NumbersAreInRangeAndLinesShort) {
       }
     }
   }
-  for (const std::string& line : lines_of(file(out, "duet/print.g").content)) {
+  for (const std::string& line : lines_of(text_of(file(out, "duet/print.g")))) {
     EXPECT_LE(line.size(), 255u);
     EXPECT_EQ(line.find("e-"), std::string::npos);
   }
+}
+
+TEST(EmitRobot, SameBytesThroughASpoolFolderAsInMemory) {
+  const TempFolder folder;
+  const Print print = small_print();
+  const EmittedFiles in_memory = emit_robot(print.toolpaths, print.motion, print.machine);
+  const EmittedFiles spooled = emit_robot(print.toolpaths, print.motion, print.machine, {.spool_folder = folder.path()});
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  ASSERT_EQ(in_memory.files.size(), spooled.files.size());
+  for (std::size_t i = 0; i < in_memory.files.size(); ++i) EXPECT_EQ(text_of(in_memory.files[i]), text_of(spooled.files[i])) << in_memory.files[i].name;
 }
 
 TEST(EmitRobot, SameBytesForAnyLocaleAndThreadCount) {
@@ -555,7 +566,7 @@ TEST(EmitRobot, SameBytesForAnyLocaleAndThreadCount) {
   ASSERT_EQ(one.files.size(), two.files.size());
   for (std::size_t i = 0; i < one.files.size(); ++i) {
     EXPECT_EQ(one.files[i].name, two.files[i].name);
-    EXPECT_EQ(one.files[i].content, two.files[i].content) << one.files[i].name;
+    EXPECT_EQ(text_of(one.files[i]), text_of(two.files[i])) << one.files[i].name;
   }
 }
 
@@ -568,7 +579,7 @@ TEST(EmitRobot, TelnetCountsTheSameSignalsOnBothSides) {
   };
   std::vector<long> sent, awaited, answers, heard;
   for (const EmittedPart& part : out.parts) {
-    for (const std::string& line : lines_of(file(out, part.file).content)) {
+    for (const std::string& line : lines_of(text_of(file(out, part.file)))) {
       if (starts(line, " exchange(\"set global.rc=")) {
         sent.push_back(number_after(line, "global.rc="));
         heard.push_back(number_after(line, "\"rc "));
@@ -576,7 +587,7 @@ TEST(EmitRobot, TelnetCountsTheSameSignalsOnBothSides) {
       if (starts(line, " gate = ")) sent.push_back(number_after(line, "gate = "));
     }
   }
-  for (const std::string& line : lines_of(file(out, "duet/print.g").content)) {
+  for (const std::string& line : lines_of(text_of(file(out, "duet/print.g")))) {
     if (starts(line, "while global.rc < ")) awaited.push_back(number_after(line, "< "));
     if (starts(line, "M118 P4 S\"<rc ")) answers.push_back(number_after(line, "<rc "));
     EXPECT_FALSE(starts(line, "M577"));
@@ -592,7 +603,7 @@ TEST(EmitRobot, StreamSendsAllFilamentFromTheRobot) {
   const EmittedFiles out = emit_robot(print.toolpaths, print.motion, print.machine);
   double printed = 0.0, balance = 0.0;
   for (const EmittedPart& part : out.parts) {
-    for (const std::string& line : lines_of(file(out, part.file).content)) {
+    for (const std::string& line : lines_of(text_of(file(out, part.file)))) {
       if (line.find("\"G1 X") != std::string::npos) printed += word(line, 'E');
       if (line.find("\"G1 E") != std::string::npos) balance += word(line, 'E');
       EXPECT_LE(line.size(), 255u);
@@ -600,7 +611,7 @@ TEST(EmitRobot, StreamSendsAllFilamentFromTheRobot) {
   }
   EXPECT_NEAR(printed, out.report.printed_filament_mm[0] + out.report.printed_filament_mm[1], 1e-4);
   EXPECT_NEAR(balance, 4 * 6.0, 1e-9) << "four loads, purging 6 mm each";
-  EXPECT_EQ(file(out, "duet/print.g").content.find("\nG1"), std::string::npos);
+  EXPECT_EQ(text_of(file(out, "duet/print.g")).find("\nG1"), std::string::npos);
 }
 
 // Stops closer to each other than a gate may follow: gates go as far behind a stop as they can.
@@ -621,7 +632,7 @@ TEST(EmitRobot, GatesKeepAwayFromStops) {
   EXPECT_EQ(out.report.tight_gates, 0u);
   double since_stop = 1.0, feed = 0.0;
   Vec3 last = Vec3::Zero();
-  for (const std::string& line : lines_of(file(out, "duet/print.g").content)) {
+  for (const std::string& line : lines_of(text_of(file(out, "duet/print.g")))) {
     if (line == "M400") since_stop = 0.0;
     if (starts(line, "M577 P2")) { EXPECT_GE(since_stop, 0.15); }
     if (starts(line, "G0 X")) last = Vec3(word(line, 'X'), word(line, 'Y'), word(line, 'Z'));
@@ -690,7 +701,7 @@ TEST(PlayParts, SendsInOrderAndStopsWithTheRobot) {
   const auto folder = std::filesystem::path(CURVESUP_BINARY_DIR) / "play_parts_test";
   std::filesystem::create_directories(folder / "robot");
   for (const EmittedFile& f : out.files) {
-    if (starts(f.name, "robot/")) std::ofstream(folder / f.name) << f.content;
+    if (starts(f.name, "robot/")) std::ofstream(folder / f.name) << text_of(f);
   }
   std::ofstream(folder / "fake_robot.py") << kFakeRobot;
   ASSERT_EQ(out.parts.size(), 4u);
@@ -705,7 +716,7 @@ TEST(EmitWaypoints, RowsHoldNozzleTipsAndFilamentSoFar) {
   ASSERT_EQ(files.size(), 6u);
   EXPECT_EQ(files[0].name, "waypoints/00001S.txt");
   EXPECT_EQ(files[5].name, "waypoints/00006.txt");
-  const auto rows = lines_of(files[5].content);
+  const auto rows = lines_of(text_of(files[5]));
   ASSERT_EQ(rows.size(), 302u);  // the point of the cut stands twice
   int jumps = 0;
   for (const std::string& row : rows) {
@@ -720,8 +731,9 @@ TEST(EmitWaypoints, RowsHoldNozzleTipsAndFilamentSoFar) {
   const double length = 300 * 2 * 25 * std::sin(std::numbers::pi / 300);
   EXPECT_NEAR(numbers_in(rows.back())[6], 0.32 * length / (std::numbers::pi / 4 * 1.75 * 1.75), 1e-4);
   // Without a motion the layer's own points and normals stand in.
-  const auto plain = emit_waypoints(print.toolpaths, {}, print.machine);
-  EXPECT_EQ(lines_of(plain[5].content).size(), 301u);
+  const Motion standing;
+  const auto plain = emit_waypoints(print.toolpaths, standing, print.machine);
+  EXPECT_EQ(lines_of(text_of(plain[5])).size(), 301u);
 }
 
 }  // namespace

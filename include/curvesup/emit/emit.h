@@ -1,11 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "curvesup/core/report.h"
 #include "curvesup/core/run_context.h"
+#include "curvesup/io/text_file.h"
 #include "curvesup/motion/machine.h"
 #include "curvesup/motion/motion.h"
 #include "curvesup/toolpath/toolpaths.h"
@@ -18,13 +21,16 @@ struct EmitOptions {
   double stop_lift_mm = 30.0;        // along the nozzle axis, before the robot halts on a timeout
   double stop_margin_s = 0.2;        // a gate stays at its level at least this long after a stop of both machines
   double max_ahead_s = 0.04;         // that corners cut by blends may save the robot before it waits for the Duet at a stop
+  std::filesystem::path spool_folder;  // where text waits until the files are written; empty: in memory
 };
 
 struct EmittedFile {
   std::string name;  // below the output folder, e.g. "robot/part_0001.script"
-  std::string content;
   std::string description;
+  std::function<void(const ByteSink&)> write;  // hands out the text in pieces, any number of times, in any thread
 };
+
+[[nodiscard]] std::string text_of(const EmittedFile& file);
 
 // A path, or one section of it, that a part prints.
 struct EmittedChain {
@@ -61,11 +67,12 @@ struct EmittedFiles {
   EmitReport report;
 };
 
-// Writes the programs of arm and extruder board for `motion`, in memory.
+// Writes the programs of arm and extruder board for `motion`. The files hold all they need: the arguments may go.
 //   Guarantees  no part above the caps of machine.program; every chain of `motion` in exactly one part, in order; the
 //               bytes depend on the arguments only, not on locale or thread count; ASCII, LF.
-//   Errors      internal: motion breaks its contract (no purge travel at a change of material, a chain above the caps).
-//   Cost        linear; about 200 bytes per waypoint.
+//   Errors      internal: motion breaks its contract (no purge travel at a change of material, a chain above the caps);
+//               output: no room in the spool folder.
+//   Cost        linear; about 170 bytes per waypoint in the spool folder, in memory those of 512 chains.
 //
 // The two programs and their meeting points
 // -----------------------------------------
@@ -174,7 +181,7 @@ struct EmittedFiles {
 // path 0, support files end in "S.txt"; rows "x y z nx ny nz E jump model": nozzle tip in mm, z up; nozzle axis away
 // from the part; filament so far in this file in mm, first row 0; jump 1 on the first row of a section; model 1 = part,
 // 0 = support. Rows are the waypoints of `motion`; where it has none, the points of the toolpaths with their normals.
-[[nodiscard]] std::vector<EmittedFile> emit_waypoints(const Toolpaths& toolpaths, const Motion& motion,
-                                                      const Machine& machine, const RunContext& run = {});
+// Rows are made when a file is written: until then the arguments must stay.
+[[nodiscard]] std::vector<EmittedFile> emit_waypoints(const Toolpaths& toolpaths, const Motion& motion, const Machine& machine);
 
 }  // namespace curvesup
