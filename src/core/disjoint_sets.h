@@ -12,6 +12,13 @@ namespace curvesup {
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
+  // Elements that are new are sets of their own.
+  void grow_to(std::size_t count) {
+    const std::size_t known = parent_.size();
+    if (count <= known) return;
+    parent_.resize(count);
+    std::iota(parent_.begin() + known, parent_.end(), static_cast<Index>(known));
+  }
   Index root(Index element) {
     while (parent_[element] != element) element = parent_[element] = parent_[parent_[element]];
     return element;

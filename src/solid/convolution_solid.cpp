@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -10,6 +11,8 @@
 #include "curvesup/core/format.h"
 #include "curvesup/mesh/triangle_mesh.h"
 #include "curvesup/skeleton/stand_angle.h"
+#include "solid/convolution_kernel.h"
+#include "solid/local_convolution.h"
 
 namespace curvesup {
 namespace {
@@ -18,13 +21,9 @@ constexpr double kStraight = 0.02;    // radii: how far a joined node may lie of
 constexpr double kFootPart = 0.4;  // of its radius a trunk has where it stands on the model
 constexpr double kConeEdge_mm = 0.4;  // over which a cone fades
 constexpr double kNoCone = std::numeric_limits<double>::infinity();
-constexpr double kBoundSlack = 1e-9;  // rounding of the sums that bounds() must enclose
 constexpr double kMaxCells = 4e6;
 // Cell sizes and margins in mm: the first grid serves value(), the others bounds() of balls up to their margin.
 constexpr double kGrids[][2] = {{1.5, 0.0}, {2.0, 1.0}, {3.0, 2.0}, {6.0, 6.0}, {16.0, 16.0}};
-
-// Integral of s^2 (1 - s)^2 from 0 to s.
-double kernel_integral(double s) { return s * s * s * (1.0 / 3.0 + s * (-0.5 + s * 0.2)); }
 
 void check_options(const ConvolutionOptions& options) {
   const double kappa = options.kernel_ratio;
@@ -155,46 +154,6 @@ std::vector<Strut> struts_of(const Skeleton& skeleton, double kernel_ratio, std:
   return struts;
 }
 
-inline double ConvolutionSolid::Kernel::contribution(double distance2, double along, double scale) const {
-  const double reach2 = reach * reach, half2 = reach2 - distance2;
-  if (half2 <= 0.0) return 0.0;
-  const double beyond = along - length;
-  // Nothing of the strut in the ball, or its whole chord: no root is needed for these.
-  if ((along <= 0.0 && along * along >= half2) || (beyond >= 0.0 && beyond * beyond >= half2)) return 0.0;
-  const double half = std::sqrt(half2);
-  const double from = std::max(-half, -along), to = std::min(half, length - along);
-  if (to <= from) return 0.0;
-  const double per_half = 0.5 / half, part = half2 / reach2;
-  const double s0 = from * per_half + 0.5, s1 = to * per_half + 0.5;
-  // Never negative, so that a partial sum never exceeds the whole one.
-  return std::max(0.0, scale * part * part * (kernel_integral(s1) - kernel_integral(s0)));
-}
-
-// The other way round: from the farthest line, for the foot farthest from the strut's middle.
-inline double ConvolutionSolid::Kernel::least_in_ball(const Vec3& centre, double radius, double scale) const {
-  const Vec3 offset = centre - a;
-  const double middle = offset.dot(direction);
-  const double farthest = std::sqrt(std::max(0.0, offset.squaredNorm() - middle * middle)) + radius;
-  return contribution(farthest * farthest, middle > 0.5 * length ? middle + radius : middle - radius, scale);
-}
-
-// F_e falls with the distance from the line, and with the distance between the point's foot and the strut's middle.
-inline double ConvolutionSolid::Kernel::most_in_ball(const Vec3& centre, double radius, double scale) const {
-  const Vec3 offset = centre - a;
-  const double along = offset.dot(direction);
-  const double distance2 = std::max(0.0, offset.squaredNorm() - along * along);
-  const double limit = reach + radius;
-  if (distance2 >= limit * limit) return 0.0;
-  const double nearest = distance2 > radius * radius ? std::sqrt(distance2) - radius : 0.0;
-  return contribution(nearest * nearest, std::clamp(0.5 * length, along - radius, along + radius), scale);
-}
-
-inline double ConvolutionSolid::Kernel::distance2(const Vec3& p) const {
-  const Vec3 offset = p - a;
-  const double along = offset.dot(direction), beside = along - std::clamp(along, 0.0, length);
-  return offset.squaredNorm() - along * along + beside * beside;
-}
-
 // What a cone leaves of a kernel.
 double ConvolutionSolid::Cone::part(double distance2, double below_start) const {
   const double limit = radius_at_start - slope * below_start;
@@ -202,19 +161,13 @@ double ConvolutionSolid::Cone::part(double distance2, double below_start) const 
   return std::clamp((limit - std::sqrt(distance2)) / kConeEdge_mm, 0.0, 1.0);
 }
 
-inline double ConvolutionSolid::contribution(Index strut, const Vec3& p) const {
+double ConvolutionSolid::contribution(Index strut, const Vec3& p) const {
   const Kernel& k = kernels_[strut];
   if (strut < first_cone_) return k.at(p, scale_);
   const Vec3 offset = p - k.a;
   const double along = offset.dot(k.direction), distance2 = std::max(0.0, offset.squaredNorm() - along * along);
   const double whole = k.contribution(distance2, along, scale_);
   return whole > 0.0 ? whole * cones_[strut - first_cone_].part(distance2, along) : 0.0;
-}
-
-inline double ConvolutionSolid::Kernel::at(const Vec3& p, double scale) const {
-  const Vec3 offset = p - a;
-  const double along = offset.dot(direction);
-  return contribution(offset.squaredNorm() - along * along, along, scale);
 }
 
 double ConvolutionSolid::Foot::value(const Vec3& p) const {
@@ -259,6 +212,8 @@ void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOpt
   if (kernels_.empty()) return;
   low_ = low;
   high_ = high;
+  all_.resize(kernels_.size());
+  std::iota(all_.begin(), all_.end(), 0);
   for (const auto& [cell, margin] : kGrids) grids_.push_back(make_grid(cell, margin));
 }
 
@@ -296,7 +251,6 @@ ConvolutionSolid::Grid ConvolutionSolid::make_grid(double cell, double margin) c
   for (int a = 0; a < 3; ++a) grid.count[a] = static_cast<int>(size[a] / cell) + 1;
   const std::size_t cells = static_cast<std::size_t>(grid.count[0]) * grid.count[1] * grid.count[2];
   grid.first.assign(cells + 1, 0);
-  grid.least_reach.assign(cells, std::numeric_limits<double>::infinity());
   // The half diagonal of a cell turns the distance of its centre into one that holds for all of it.
   const double cell_reach = 0.5 * std::sqrt(3.0) * cell + margin + kBoundSlack;
   std::vector<std::pair<Index, Index>> visits;  // cell, strut
@@ -320,10 +274,7 @@ ConvolutionSolid::Grid ConvolutionSolid::make_grid(double cell, double margin) c
       }
     }
   }
-  for (const auto& [c, s] : visits) {
-    ++grid.first[c + 1];
-    grid.least_reach[c] = std::min(grid.least_reach[c], thin_reach(s));
-  }
+  for (const auto& [c, s] : visits) ++grid.first[c + 1];
   for (std::size_t c = 1; c < grid.first.size(); ++c) grid.first[c] += grid.first[c - 1];
   grid.struts.resize(grid.first.back());
   std::vector<Index> next(grid.first.begin(), grid.first.end() - 1);
@@ -331,19 +282,14 @@ ConvolutionSolid::Grid ConvolutionSolid::make_grid(double cell, double margin) c
   return grid;
 }
 
-std::ptrdiff_t ConvolutionSolid::Grid::cell_of(const Vec3& p) const {
+std::span<const Index> ConvolutionSolid::Grid::near(const Vec3& p) const {
   std::array<int, 3> at{};
   for (int a = 0; a < 3; ++a) {
     const double x = (p[a] - low[a]) / cell;
-    if (!(x >= 0.0 && x < count[a])) return -1;
+    if (!(x >= 0.0 && x < count[a])) return {};  // far from every strut
     at[a] = static_cast<int>(x);
   }
-  return (static_cast<std::ptrdiff_t>(at[2]) * count[1] + at[1]) * count[0] + at[0];
-}
-
-std::span<const Index> ConvolutionSolid::Grid::near(const Vec3& p) const {
-  const std::ptrdiff_t c = cell_of(p);
-  if (c < 0) return {};
+  const std::ptrdiff_t c = (static_cast<std::ptrdiff_t>(at[2]) * count[1] + at[1]) * count[0] + at[0];
   return {struts.data() + first[c], struts.data() + first[c + 1]};
 }
 
@@ -385,69 +331,64 @@ double ConvolutionSolid::thin_reach(Index strut) const {
   return strut < first_cone_ ? kernels_[strut].reach : std::min(kernels_[strut].reach, kernel_ratio_ * kConeEdge_mm);
 }
 
-const ConvolutionSolid::Grid* ConvolutionSolid::grid_for(double radius) const {
+std::span<const Index> ConvolutionSolid::near(const Vec3& centre, double radius) const {
   const auto grid = std::find_if(grids_.begin(), grids_.end(), [&](const Grid& g) { return g.margin >= radius; });
-  return grid == grids_.end() ? nullptr : &*grid;
+  return grid == grids_.end() ? std::span<const Index>(all_) : grid->near(centre);
 }
 
-template <typename Visit>
-bool ConvolutionSolid::any_near(const Vec3& centre, double radius, const Visit& visit) const {
-  const Grid* grid = grid_for(radius);
-  if (grid == nullptr) {
-    for (Index s = 0; s < static_cast<Index>(kernels_.size()); ++s) {
-      if (visit(s)) return true;
-    }
-    return false;
-  }
-  const auto near = grid->near(centre);
-  return std::any_of(near.begin(), near.end(), visit);
-}
+std::unique_ptr<LocalSolid> ConvolutionSolid::local() const { return std::make_unique<Local>(*this); }
 
 bool ConvolutionSolid::surely_outside(const Vec3& centre, double radius) const {
+  return surely_outside(near(centre, radius), centre, radius);
+}
+
+bool ConvolutionSolid::surely_inside(const Vec3& centre, double radius) const {
+  return surely_inside(near(centre, radius), centre, radius);
+}
+
+double ConvolutionSolid::thinnest_radius(const Vec3& centre, double radius, double enough) const {
+  return thinnest_radius(near(centre, radius), centre, radius, enough);
+}
+
+bool ConvolutionSolid::surely_outside(std::span<const Index> near, const Vec3& centre, double radius) const {
   double high = kBoundSlack;
-  if (any_near(centre, radius, [&](Index s) { return (high += kernels_[s].most_in_ball(centre, radius, scale_)) >= 1.0; })) return false;
+  for (const Index s : near) {
+    if ((high += kernels_[s].most_in_ball(centre, radius, scale_)) >= 1.0) return false;
+  }
   return std::all_of(feet_.begin(), feet_.end(), [&](const Foot& foot) {
     return foot.value(centre) + foot.lipschitz() * radius + kBoundSlack < 0.0;
   });
 }
 
-bool ConvolutionSolid::surely_inside(const Vec3& centre, double radius) const {
+bool ConvolutionSolid::surely_inside(std::span<const Index> near, const Vec3& centre, double radius) const {
   double low = -kBoundSlack;
-  const auto enough = [&](Index s) {
-    // What has a cone may be cut off anywhere.
-    return s < first_cone_ && (low += kernels_[s].least_in_ball(centre, radius, scale_)) >= 1.0;
-  };
-  if (any_near(centre, radius, enough)) return true;
+  for (const Index s : near) {
+    if (s >= first_cone_) break;  // what has a cone may be cut off anywhere
+    if ((low += kernels_[s].least_in_ball(centre, radius, scale_)) >= 1.0) return true;
+  }
   return std::any_of(feet_.begin(), feet_.end(), [&](const Foot& foot) {
     return foot.value(centre) - foot.lipschitz() * radius - kBoundSlack >= 0.0;
   });
 }
 
-double ConvolutionSolid::thinnest_radius(const Vec3& centre, double radius, double enough) const {
+double ConvolutionSolid::thinnest_radius(std::span<const Index> near, const Vec3& centre, double radius, double enough) const {
   double thinnest = std::numeric_limits<double>::infinity();
-  if (const Grid* grid = grid_for(radius)) {
-    const std::ptrdiff_t c = grid->cell_of(centre);
-    if (c < 0) return thinnest;
-    // What the whole cell has is a bound already.
-    if (grid->least_reach[c] > kernel_ratio_ * enough) return grid->least_reach[c] / kernel_ratio_;
+  for (const Index s : near) {
+    const double thin = thin_reach(s);
+    if (thin >= thinnest || !kernels_[s].reaches(centre, radius)) continue;
+    thinnest = thin;
+    if (thinnest <= kernel_ratio_ * enough) break;
   }
-  (void)any_near(centre, radius, [&](Index s) {
-    const Kernel& k = kernels_[s];
-    const double limit = k.reach + radius + kBoundSlack, thin = thin_reach(s);
-    if (thin < thinnest && k.distance2(centre) < limit * limit) thinnest = thin;
-    return thinnest <= kernel_ratio_ * enough;
-  });
   return thinnest / kernel_ratio_;
 }
 
 Solid::Bounds ConvolutionSolid::bounds(const Vec3& centre, double radius) const {
   double low = 0.0, high = 0.0;
-  (void)any_near(centre, radius, [&](Index s) {
+  for (const Index s : near(centre, radius)) {
     const Kernel& k = kernels_[s];
     high += k.most_in_ball(centre, radius, scale_);
     if (s < first_cone_) low += k.least_in_ball(centre, radius, scale_);
-    return false;
-  });
+  }
   Bounds bounds{low - 1.0, high - 1.0};
   for (const Foot& foot : feet_) {
     const double at = foot.value(centre), spread = foot.lipschitz() * radius;

@@ -69,7 +69,7 @@ struct Division {
   std::vector<PassSheet> sheets;
   std::vector<char> seeded;
   std::vector<TrimmedSheet> found;
-  std::vector<std::vector<Index>> piece_of_layer;  // per sheet and piece: one of the layer's pieces it lies over or under
+  std::vector<std::vector<Index>> owner;  // per sheet and piece: one of the layer's pieces it lies over or under
 };
 
 class SlabDivider {
@@ -98,9 +98,7 @@ class SlabDivider {
       for (std::size_t j = 0; j < division.found.size(); ++j) {
         std::vector<char> keep(division.found[j].pieces.size());
         for (std::size_t p = 0; p < keep.size(); ++p) {
-          const Index owner = division.piece_of_layer[j][p];
-          keep[p] = (owner != kNone ? passes_of(owner)
-                                    : wanted_passes(division.found[j].pieces[p].thickness_p95, options_)) == m;
+          keep[p] = passes_of_found(division.found[j].pieces[p], division.owner[j][p]) == m;
         }
         keep_pieces(division.found[j], keep);
         if (!division.found[j].triangles.empty()) result.passes.push_back(std::move(division.found[j]));
@@ -143,7 +141,7 @@ class SlabDivider {
         if (passes_of(piece) != m || division.seeded[piece]) continue;
         for (PassSheet& sheet : division.sheets) {
           const auto at = follow_gradient(domain_, field_, middle_.triangle_tet[i], centroid(middle_, i), sheet.level().iso_value);
-          if (at) sheet.grow_from(at->tet);
+          if (at) sheet.want(*at);
         }
       }
       for (std::size_t p = 0; p < passes_.size(); ++p) division.seeded[p] |= passes_of(static_cast<Index>(p)) == m;
@@ -165,25 +163,39 @@ class SlabDivider {
     return division;
   }
 
-  // Which pieces of the layer lie over or under each piece of the passes; what one piece joins becomes one region.
+  // Follows what is wanted of the passes, and what lies over or under it; finds the pieces of the layer that each piece of
+  // the passes lies over or under. What one piece joins becomes one region.
   void identify(Division& division) {
     const PieceAt piece_at(middle_, options_.edge_length_mm);
     division.found.clear();
-    division.piece_of_layer.clear();
-    for (const PassSheet& sheet : division.sheets) {
-      TrimmedSheet found = sheet.snapshot(layer_count_);
-      std::vector<Index> owner(found.pieces.size(), kNone);
-      for (const Index i : sample_triangles(found)) {
-        const auto at = follow_gradient(domain_, field_, found.triangle_tet[i], centroid(found, i), middle_.head.iso_value);
-        const Index piece = at ? piece_at(*at) : kNone;
-        if (piece == kNone) continue;
-        Index& first = owner[found.triangle_piece[i]];
-        if (first == kNone) first = piece;
-        joins_.emplace_back(first, piece);
-      }
+    division.owner.clear();
+    for (PassSheet& sheet : division.sheets) {
+      TrimmedSheet found;
+      std::vector<Index> owner;
+      do {
+        sheet.grow();
+        found = sheet.snapshot(layer_count_);
+        owner.assign(found.pieces.size(), kNone);
+        for (const Index i : sample_triangles(found)) {
+          const Index in = found.triangle_piece[i];
+          const auto at = follow_gradient(domain_, field_, found.triangle_tet[i], centroid(found, i), middle_.head.iso_value);
+          const Index piece = at ? piece_at(*at) : kNone;
+          if (piece == kNone) continue;
+          if (owner[in] == kNone) owner[in] = piece;
+          joins_.emplace_back(owner[in], piece);
+        }
+        for (std::size_t i = 0; i < found.triangles.size(); ++i) {
+          const Index in = found.triangle_piece[i];
+          if (passes_of_found(found.pieces[in], owner[in]) == sheet.level().passes) sheet.want(found.triangles[i][0]);
+        }
+      } while (sheet.grow());
       division.found.push_back(std::move(found));
-      division.piece_of_layer.push_back(std::move(owner));
+      division.owner.push_back(std::move(owner));
     }
+  }
+
+  int passes_of_found(const Piece& piece, Index owner) {
+    return owner != kNone ? passes_of(owner) : wanted_passes(piece.thickness_p95, options_);
   }
 
   void join() {

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <limits>
 
-#include "layers/cut_cases.h"
+#include "curvesup/mesh/triangle_mesh.h"
 
 namespace curvesup {
 
 namespace {
 
 constexpr int kMaxTetsFollowed = 200;
+// What lies so near to a point of the sheet is wanted with it.
+constexpr double kNear_mm = 1.0;
 
 // Distance along u from p to where the ray leaves the tet, and through which face; entry is not left through again.
 double distance_to_exit(const TetMesh& mesh, Index tet, const Vec3& p, const Vec3& u, int entry, int& exit) {
@@ -74,13 +76,34 @@ std::optional<ColumnPoint> follow_gradient(const Domain& domain, const ScalarFie
   return std::nullopt;
 }
 
-void PassSheet::grow_from(Index tet) {
-  pending_.push_back(tet);
-  while (!pending_.empty()) {
-    const Index next = pending_.back();
-    pending_.pop_back();
-    if (visited_.at(next, next).is_new) visit(next);
+void PassSheet::want(const ColumnPoint& at) {
+  const Range range = visit(at.tet);
+  for (std::size_t i = range.first; i < range.last; ++i) {
+    const auto& t = cutter_.triangles()[i];
+    const auto& v = cutter_.vertices();
+    if ((closest_point_on_triangle(at.position, v[t[0]], v[t[1]], v[t[2]]) - at.position).squaredNorm() < kNear_mm * kNear_mm) want(t[0]);
   }
+}
+
+bool PassSheet::grow() {
+  bool any = false;
+  for (bool more = true; more;) {
+    more = false;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      const Step step = steps_[i];
+      if (wanted_[pieces_.root(step.vertex)]) {
+        const std::size_t visited = ranges_.size();
+        visit(step.tet);
+        more = more || ranges_.size() > visited;
+      } else {
+        steps_[kept++] = step;
+      }
+    }
+    steps_.resize(kept);
+    any = any || more;
+  }
+  return any;
 }
 
 Index PassSheet::crossing(Index tet, int edge) {
@@ -94,6 +117,15 @@ Index PassSheet::crossing(Index tet, int edge) {
   return slot.value;
 }
 
+Index PassSheet::platform_cut(Index a, Index b) {
+  const auto slot = platform_cuts_.at(a, b);
+  if (slot.is_new) {
+    const Vec3 &low = cutter_.vertices()[std::min(a, b)], &high = cutter_.vertices()[std::max(a, b)];
+    slot.value = cutter_.add_vertex(platform_point(low, high));
+  }
+  return slot.value;
+}
+
 void PassSheet::add_clipped(const std::array<Index, 4>& ring, int size, Index tet) {
   const auto z = [&](Index v) { return cutter_.vertices()[v].z(); };
   std::array<Index, 8> kept{};
@@ -103,30 +135,47 @@ void PassSheet::add_clipped(const std::array<Index, 4>& ring, int size, Index te
     const Index a = ring[c], b = ring[(c + 1) % size];
     above = above || z(a) > 0.0;
     if (z(a) >= 0.0) kept[count++] = a;
-    if ((z(a) > 0.0 && z(b) < 0.0) || (z(a) < 0.0 && z(b) > 0.0)) {
-      const auto slot = platform_cuts_.at(a, b);
-      if (slot.is_new) {
-        const Vec3 &low = cutter_.vertices()[std::min(a, b)], &high = cutter_.vertices()[std::max(a, b)];
-        slot.value = cutter_.add_vertex(platform_point(low, high));
-      }
-      kept[count++] = slot.value;
-    }
+    if ((z(a) > 0.0 && z(b) < 0.0) || (z(a) < 0.0 && z(b) > 0.0)) kept[count++] = platform_cut(a, b);
   }
   if (!above) return;
   for (int c = 2; c < count; ++c) cutter_.add_triangle({kept[0], kept[c - 1], kept[c]}, tet);
 }
 
-void PassSheet::visit(Index tet) {
-  if (!reachable_[tet]) return;
+PassSheet::Range PassSheet::visit(Index tet) {
+  const auto slot = range_of_.at(tet, tet);
+  if (!slot.is_new) return ranges_[slot.value];
+  slot.value = static_cast<Index>(ranges_.size());
+  const std::size_t first = cutter_.triangles().size();
+  ranges_.push_back({first, first});
+  if (!reachable_[tet]) return ranges_.back();
   const auto& v = domain_.mesh.tets[tet];
   int mask = 0;
   for (int c = 0; c < 4; ++c) mask |= (field_.value[v[c]] >= level_.iso_value) << c;
   const CutCase& cut = kCutCases[mask];
-  if (cut.size == 0) return;
+  if (cut.size == 0) return ranges_.back();
   std::array<Index, 4> ring{};
   for (int c = 0; c < cut.size; ++c) ring[c] = crossing(tet, cut.edge[c]);
   add_clipped(ring, cut.size, tet);
+  ranges_.back().last = cutter_.triangles().size();
+  join_corners(ranges_.back());
+  look_beyond(tet, cut, ring);
+  return ranges_.back();
+}
 
+void PassSheet::join_corners(const Range& range) {
+  pieces_.grow_to(cutter_.vertices().size());
+  wanted_.resize(cutter_.vertices().size(), 0);
+  for (std::size_t i = range.first; i < range.last; ++i) {
+    const auto& t = cutter_.triangles()[i];
+    for (const Index v : {t[1], t[2]}) {
+      const bool wanted = wanted_[pieces_.root(t[0])] || wanted_[pieces_.root(v)];
+      pieces_.join(t[0], v);
+      wanted_[pieces_.root(v)] = wanted;
+    }
+  }
+}
+
+void PassSheet::look_beyond(Index tet, const CutCase& cut, const std::array<Index, 4>& ring) {
   for (int c = 0; c < cut.size; ++c) {
     // Two consecutive edges of the ring share a face: the one opposite the vertex that neither of them has.
     const auto &e = kTetEdge[cut.edge[c]], &f = kTetEdge[cut.edge[(c + 1) % cut.size]];
@@ -134,9 +183,12 @@ void PassSheet::visit(Index tet) {
     while (face == e[0] || face == e[1] || face == f[0] || face == f[1]) ++face;
     const Index next = domain_.topology.neighbours[tet][face];
     if (next == kNone || domain_.region(next) == Material::model) continue;
-    const Index a = ring[c], b = ring[(c + 1) % cut.size];
-    if (cutter_.vertices()[a].z() < 0.0 && cutter_.vertices()[b].z() < 0.0) continue;
-    if (cutter_.is_inside_anywhere(a, b)) pending_.push_back(next);
+    Index a = ring[c], b = ring[(c + 1) % cut.size];
+    const double za = cutter_.vertices()[a].z(), zb = cutter_.vertices()[b].z();
+    if ((za < 0.0 && zb <= 0.0) || (za <= 0.0 && zb < 0.0)) continue;
+    if (za < 0.0) a = platform_cut(a, b);
+    if (zb < 0.0) b = platform_cut(a, b);
+    cutter_.for_inside_points(a, b, [&](Index vertex) { steps_.push_back({next, vertex}); });
   }
 }
 

@@ -36,7 +36,7 @@ double on_side(double value, bool inside) {
 
 // Root of the solid between a point inside (value >= 0) and one outside, by Chandrupatla's method (inverse quadratic
 // interpolation where that is safe, else bisection), started by one linear step.
-Vec3 root_between(const Solid& solid, const Vec3& inside, double inside_value, const Vec3& outside, double outside_value,
+Vec3 root_between(LocalSolid& solid, const Vec3& inside, double inside_value, const Vec3& outside, double outside_value,
                   double tolerance_mm = kRootTolerance_mm) {
   const Vec3 along = outside - inside;
   const double tolerance = tolerance_mm / std::max(along.norm(), tolerance_mm);
@@ -78,12 +78,8 @@ Index SheetCutter::add_vertex(const Vec3& position) {
   return static_cast<Index>(vertices_.size()) - 1;
 }
 
-bool SheetCutter::is_inside_anywhere(Index a, Index b) {
-  return inside(a) || inside(b) || edge(a, b).side != EdgeSide::outside;
-}
-
 double SheetCutter::value(Index vertex) {
-  if (std::isnan(value_[vertex])) value_[vertex] = solid_.value(vertices_[vertex]);
+  if (std::isnan(value_[vertex])) value_[vertex] = solid_->value(vertices_[vertex]);
   return value_[vertex];
 }
 
@@ -104,7 +100,7 @@ int SheetCutter::intervals(double length, double step) {
 }
 
 Index SheetCutter::cut_between(const Vec3& inside, double inside_value, const Vec3& outside, double outside_value) {
-  const Index v = add_vertex(root_between(solid_, inside, inside_value, outside, outside_value, kCutTolerance_mm));
+  const Index v = add_vertex(root_between(*solid_, inside, inside_value, outside, outside_value, kCutTolerance_mm));
   side_[v] = 1;
   return v;
 }
@@ -120,7 +116,7 @@ const SheetCutter::Edge& SheetCutter::edge(Index a, Index b) {
   // Steps so short that no strut that reaches the ball around the edge slips through between samples.
   edge.step = edge_length_;
   if (length > edge_length_) {
-    edge.step = std::max(edge_length_, kEdgePerRadius * solid_.thinnest_radius(start + 0.5 * along, 0.5 * length, edge_length_ / kEdgePerRadius));
+    edge.step = std::max(edge_length_, kEdgePerRadius * solid_->thinnest_radius(start + 0.5 * along, 0.5 * length, edge_length_ / kEdgePerRadius));
   }
   edge.intervals = intervals(length, edge.step);
   edge.first_cut = static_cast<Index>(cuts_.size());
@@ -133,7 +129,7 @@ const SheetCutter::Edge& SheetCutter::edge(Index a, Index b) {
   edge_value_[n] = value_[high];
   sample_edge(start, along / n, 0, n);
   const auto known_value = [&](int i) {
-    if (std::isnan(edge_value_[i])) edge_value_[i] = solid_.value(start + i * (along / n));
+    if (std::isnan(edge_value_[i])) edge_value_[i] = solid_->value(start + i * (along / n));
     return on_side(edge_value_[i], edge_side_[i] == 1);
   };
   for (int i = 0; i < n; ++i) {
@@ -164,8 +160,8 @@ void SheetCutter::sample_edge(const Vec3& start, const Vec3& step, int low, int 
   };
   const bool ends_inside = edge_side_[low] == 1 && edge_side_[high] == 1;
   const bool ends_outside = edge_side_[low] == 0 && edge_side_[high] == 0;
-  if (ends_outside && solid_.surely_outside(centre, 0.5 * (high - low) * step.norm())) return fill(0);
-  edge_value_[middle] = solid_.value(centre);
+  if (ends_outside && solid_->surely_outside(centre, 0.5 * (high - low) * step.norm())) return fill(0);
+  edge_value_[middle] = solid_->value(centre);
   edge_side_[middle] = edge_value_[middle] >= 0.0;
   if (ends_inside && edge_side_[middle] == 1 && high - low <= kInsideIntervals) return fill(1);
   sample_edge(start, step, low, middle);
@@ -178,13 +174,14 @@ void SheetCutter::add_triangle(const std::array<Index, 3>& t, Index tet) {
   const int longest = static_cast<int>(std::max_element(length.begin(), length.end()) - length.begin());
   const Vec3 centre = 0.5 * (vertices_[t[longest]] + vertices_[t[(longest + 1) % 3]]);
   const double radius = std::max(0.5 * length[longest], (vertices_[t[(longest + 2) % 3]] - centre).norm());
+  solid_->focus(centre, radius);
   const int corners_inside = inside(t[0]) + inside(t[1]) + inside(t[2]);
   const double area = triangle_area(a, b, c);
-  if (corners_inside == 0 && solid_.surely_outside(centre, radius)) {
+  if (corners_inside == 0 && solid_->surely_outside(centre, radius)) {
     cut_away_ += area;
     return;
   }
-  if (corners_inside == 3 && std::min({value_[t[0]], value_[t[1]], value_[t[2]]}) > kDeepInside && solid_.surely_inside(centre, radius)) {
+  if (corners_inside == 3 && std::min({value_[t[0]], value_[t[1]], value_[t[2]]}) > kDeepInside && solid_->surely_inside(centre, radius)) {
     keep(t, tet);
     return;
   }
@@ -292,7 +289,7 @@ void SheetCutter::sample_lattice(Node p, Node q, Node r) {
     const Vec3 a = lattice_.position(p.i, p.j), b = lattice_.position(q.i, q.j), c = lattice_.position(r.i, r.j);
     const Vec3 centre = (a + b + c) / 3.0;
     const double radius = std::sqrt(std::max({(a - centre).squaredNorm(), (b - centre).squaredNorm(), (c - centre).squaredNorm()}));
-    if (solid_.surely_outside(centre, radius)) return fill(0);
+    if (solid_->surely_outside(centre, radius)) return fill(0);
   }
   const auto middle = [](Node x, Node y) -> Node { return {(x.i + y.i) / 2, (x.j + y.j) / 2}; };
   const Node pq = middle(p, q), qr = middle(q, r), rp = middle(r, p);
@@ -308,7 +305,7 @@ void SheetCutter::sample_lattice(Node p, Node q, Node r) {
 
 double SheetCutter::lattice_value(Node node) {
   double& known = lattice_.value[lattice_.at(node.i, node.j)];
-  if (std::isnan(known)) known = solid_.value(lattice_.position(node.i, node.j));
+  if (std::isnan(known)) known = solid_->value(lattice_.position(node.i, node.j));
   return known;
 }
 
@@ -326,7 +323,7 @@ Index SheetCutter::crossing(Node inside, Node outside, Index& slot) {
   const double value_a = lattice_value(inside), value_b = lattice_value(outside);
   double t = 0.5;
   if (value_a >= 0.0 && value_b < 0.0) {
-    t = (root_between(solid_, a, value_a, b, value_b) - a).norm() / (b - a).norm();
+    t = (root_between(*solid_, a, value_a, b, value_b) - a).norm() / (b - a).norm();
   } else {  // a node that counts as what its neighbours are: the border passes beside it
     t = value_a < 0.0 ? kBesideNode : 1.0 - kBesideNode;
   }
@@ -376,7 +373,7 @@ Index SheetCutter::point_beside(Index from, Index to, const std::array<Node, 3>&
   const double length = chord.norm();
   if (length <= 4.0 * kFlatBorder_mm) return kNone;
   const Vec3 middle = 0.5 * (border_[from].position + border_[to].position);
-  const double at_middle = solid_.value(middle);
+  const double at_middle = solid_->value(middle);
   // Across the chord the solid changes about as it does over the cell.
   const Vec3 across = chord.dot(frame_y_) / length * frame_x_ - chord.dot(frame_x_) / length * frame_y_;  // out of the solid
   double slope = 0.0;
@@ -393,15 +390,15 @@ Index SheetCutter::point_beside(Index from, Index to, const std::array<Node, 3>&
   for (const double times : {1.5, 4.0}) {  // a narrow kernel may change less here than over the cell
     reach = std::clamp(times * guess, -0.5 * length, 0.5 * length);
     end = middle + reach * across;
-    at_end = solid_.value(end);
+    at_end = solid_->value(end);
     if ((at_end >= 0.0) != (at_middle >= 0.0)) break;
   }
   if ((at_end >= 0.0) == (at_middle >= 0.0)) return kNone;
   // One linear step is near enough where the solid changes as evenly as over the cell; a solid with a jump needs more.
   const double evenness = (at_middle - at_end) / (slope * reach);
   const Vec3 root = evenness > 0.6 && evenness < 1.6 ? Vec3(middle + at_middle / (at_middle - at_end) * reach * across)
-                    : at_middle >= 0.0              ? root_between(solid_, middle, at_middle, end, at_end)
-                                                    : root_between(solid_, end, at_end, middle, at_middle);
+                    : at_middle >= 0.0              ? root_between(*solid_, middle, at_middle, end, at_end)
+                                                    : root_between(*solid_, end, at_end, middle, at_middle);
   if ((root - middle).squaredNorm() < kFlatBorder_mm * kFlatBorder_mm) return kNone;
   // Inside the cell, so that neither its neighbours nor other borders need to know.
   for (int c = 0; c < 3; ++c) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "curvesup/solid/solid.h"
@@ -18,14 +19,21 @@ namespace curvesup {
 // agree, and a sheet stays without cracks.
 class SheetCutter {
  public:
-  SheetCutter(const Solid& solid, double edge_length_mm) : solid_(solid), edge_length_(edge_length_mm) {}
+  SheetCutter(const Solid& solid, double edge_length_mm) : solid_(solid.local()), edge_length_(edge_length_mm) {}
 
   // Vertices get the ids 0, 1, 2, ...; a vertex that two triangles share must be added once.
   Index add_vertex(const Vec3& position);
   // Adds what of the triangle lies inside. Its parts get the same tet.
   void add_triangle(const std::array<Index, 3>& corners, Index tet);
-  // Whether a part of the edge between two vertices lies inside, so that the sheet goes on beyond it.
-  [[nodiscard]] bool is_inside_anywhere(Index a, Index b);
+  // Calls visit(vertex) for the ends of an edge that lie inside and for its cuts: every part of it that is inside has one.
+  template <typename Visit>
+  void for_inside_points(Index a, Index b, const Visit& visit) {
+    const Edge found = edge(a, b);
+    for (const Index v : {a, b}) {
+      if (inside(v)) visit(v);
+    }
+    for (Index i = found.first_cut; i < found.first_cut + found.cut_count; ++i) visit(cuts_[i].vertex);
+  }
 
   [[nodiscard]] const std::vector<Vec3>& vertices() const { return vertices_; }
   [[nodiscard]] const std::vector<std::array<Index, 3>>& triangles() const { return triangles_; }
@@ -88,7 +96,7 @@ class SheetCutter {
   void triangulate(Index tet, double area);
   void keep(const Corners& t, Index tet);
 
-  const Solid& solid_;
+  std::unique_ptr<LocalSolid> solid_;
   double edge_length_;
   std::vector<Vec3> vertices_;
   std::vector<double> value_;      // NaN: not asked for yet

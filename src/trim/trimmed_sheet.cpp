@@ -5,7 +5,6 @@
 
 #include "core/disjoint_sets.h"
 #include "curvesup/mesh/triangle_mesh.h"
-#include "layers/sheet_edges.h"
 
 namespace curvesup {
 
@@ -17,21 +16,25 @@ double TrimmedSheet::area(std::size_t triangle) const {
 namespace {
 
 // For each triangle the piece it belongs to.
-std::vector<Index> label(const std::vector<std::array<Index, 3>>& triangles, Index& piece_count) {
+std::vector<Index> label(const std::vector<std::array<Index, 3>>& triangles, std::size_t vertex_count, Index& piece_count) {
   DisjointSets sets(triangles.size());
-  // Triangles that share an edge meet in that edge's slot.
-  const std::vector<SheetEdge> edges = sheet_edges(triangles);
-  std::vector<Index> first_edge;
-  if (!edges.empty()) first_edge.assign(edges.back().low + 2, 0);
-  for (const SheetEdge& e : edges) ++first_edge[e.low + 1];
-  std::partial_sum(first_edge.begin(), first_edge.end(), first_edge.begin());
+  // Triangles that share an edge meet at its lower vertex.
+  struct Side {
+    Index high, triangle;
+  };
+  std::vector<Index> first(vertex_count + 1, 0), count(vertex_count, 0);
+  for (const auto& t : triangles) {
+    for (int c = 0; c < 3; ++c) ++first[std::min(t[c], t[(c + 1) % 3]) + 1];
+  }
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<Side> sides(3 * triangles.size());
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
       const auto [low, high] = std::minmax(triangles[i][c], triangles[i][(c + 1) % 3]);
-      if (low == high) continue;
-      for (Index e = first_edge[low]; e < first_edge[low + 1]; ++e) {
-        if (edges[e].high == high) sets.join(static_cast<Index>(i), edges[e].triangle);
-      }
+      const auto begin = sides.begin() + first[low], end = begin + count[low]++;
+      const auto same = std::find_if(begin, end, [high = high](const Side& s) { return s.high == high; });
+      if (same != end && low != high) sets.join(static_cast<Index>(i), same->triangle);
+      *end = {high, static_cast<Index>(i)};
     }
   }
   std::vector<Index> piece(triangles.size(), kNone), piece_of_root(triangles.size(), kNone);
@@ -48,20 +51,24 @@ std::vector<Index> label(const std::vector<std::array<Index, 3>>& triangles, Ind
 
 void find_pieces(TrimmedSheet& sheet, const ScalarField& field, int layer_count) {
   Index count = 0;
-  sheet.triangle_piece = label(sheet.triangles, count);
+  sheet.triangle_piece = label(sheet.triangles, sheet.vertices.size(), count);
   sheet.pieces.assign(count, {});
   struct Sample {
     Index piece;
     double thickness, area;
   };
-  std::vector<Sample> samples(sheet.triangles.size());
+  std::vector<Sample> samples;
   for (std::size_t i = 0; i < sheet.triangles.size(); ++i) {
     const auto& t = sheet.triangles[i];
     const double area = sheet.area(i);
     Piece& piece = sheet.pieces[sheet.triangle_piece[i]];
     piece.area += area;
     piece.centroid += area / 3.0 * (sheet.vertices[t[0]] + sheet.vertices[t[1]] + sheet.vertices[t[2]]);
-    samples[i] = {sheet.triangle_piece[i], 1.0 / (layer_count * field.gradient[sheet.triangle_tet[i]].norm()), area};
+    if (i > 0 && sheet.triangle_piece[i] == sheet.triangle_piece[i - 1] && sheet.triangle_tet[i] == sheet.triangle_tet[i - 1]) {
+      samples.back().area += area;
+    } else {
+      samples.push_back({sheet.triangle_piece[i], 1.0 / (layer_count * field.gradient[sheet.triangle_tet[i]].norm()), area});
+    }
   }
   std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
     return a.piece != b.piece ? a.piece < b.piece : a.thickness != b.thickness ? a.thickness < b.thickness : a.area < b.area;

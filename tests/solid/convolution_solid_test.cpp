@@ -78,6 +78,37 @@ TEST(ConvolutionSolid, GridGivesTheBitsOfThePlainSum) {
   EXPECT_GT(inside, 100);
 }
 
+TEST(ConvolutionSolid, LocalViewGivesTheSameBitsAndAnswers) {
+  std::vector<Strut> struts = random_struts(300, 3);
+  for (std::size_t i = 0; i < struts.size(); i += 7) {
+    struts[i].cone_radius_mm = 0.3;
+    struts[i].cone_slope = 0.5;
+  }
+  const ConvolutionSolid solid(struts);
+  const auto local = solid.local();
+  std::mt19937 random(16);
+  std::uniform_real_distribution<double> place(-6.0, 36.0), part(-1.0, 1.0);
+  int inside = 0, far = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 centre(place(random), place(random), place(random));
+    const double radius = 2.0 * std::abs(part(random));
+    local->focus(centre, radius);
+    for (int j = 0; j < 10; ++j) {
+      const Vec3 offset = 1.2 * radius * Vec3(part(random), part(random), part(random));
+      far += offset.norm() > radius;
+      const double value = local->value(centre + offset);
+      ASSERT_EQ(value, solid.value(centre + offset));
+      inside += value >= 0.0;
+      const Vec3 q = centre + 0.5 * offset;
+      ASSERT_EQ(local->surely_outside(q, 0.3 * radius), solid.surely_outside(q, 0.3 * radius));
+      ASSERT_EQ(local->surely_inside(q, 0.3 * radius), solid.surely_inside(q, 0.3 * radius));
+      ASSERT_EQ(local->thinnest_radius(q, 0.3 * radius, 0.7), solid.thinnest_radius(q, 0.3 * radius, 0.7));
+    }
+  }
+  EXPECT_GT(inside, 500);
+  EXPECT_GT(far, 5000) << "points beyond the focus get true answers, too";
+}
+
 TEST(ConvolutionSolid, RadiusOfALoneStrutIsTheWantedOne) {
   const Vec3 u = Vec3(0.3, 0.2, 1.0).normalized(), side = u.unitOrthogonal();
   for (const double kappa : {1.3, 1.5, 1.6}) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -68,6 +69,7 @@ class ConvolutionSolid : public Solid {
   [[nodiscard]] bool surely_inside(const Vec3& centre, double radius) const override;
   // The smallest strut radius among the kernels that reach into the ball.
   [[nodiscard]] double thinnest_radius(const Vec3& centre, double radius, double enough) const override;
+  [[nodiscard]] std::unique_ptr<LocalSolid> local() const override;
 
   // The same function by a loop over all struts.
   [[nodiscard]] double plain_value(const Vec3& p) const;
@@ -86,7 +88,9 @@ class ConvolutionSolid : public Solid {
     [[nodiscard]] double most_in_ball(const Vec3& centre, double radius, double scale) const;
     [[nodiscard]] double least_in_ball(const Vec3& centre, double radius, double scale) const;
     [[nodiscard]] double at(const Vec3& p, double scale) const;
+    [[nodiscard]] bool reaches(const Vec3& centre, double radius) const;
   };
+  class Local;
   // Of the struts from first_cone_ on.
   struct Cone {
     double radius_at_start, slope;
@@ -98,8 +102,6 @@ class ConvolutionSolid : public Solid {
     double cell = 1.0, margin = 0.0;
     std::array<int, 3> count{};
     std::vector<Index> first, struts;
-    std::vector<double> least_reach;  // per cell, of those
-    [[nodiscard]] std::ptrdiff_t cell_of(const Vec3& p) const;  // -1: outside of the grid, far from every strut
     [[nodiscard]] std::span<const Index> near(const Vec3& p) const;
   };
   // A cone from the platform up around a trunk.
@@ -119,14 +121,18 @@ class ConvolutionSolid : public Solid {
   // The sum over struts in ascending order; it may end as soon as it has reached `enough`.
   [[nodiscard]] double sum_over(std::span<const Index> struts, const Vec3& p, double enough) const;
   [[nodiscard]] double thin_reach(Index strut) const;
-  // Calls visit(strut), until it returns true, for all that may reach into the ball; whether it did.
-  template <typename Visit>
-  [[nodiscard]] bool any_near(const Vec3& centre, double radius, const Visit& visit) const;
+  // All struts that may reach into the ball, and others.
+  [[nodiscard]] std::span<const Index> near(const Vec3& centre, double radius) const;
+  // The same questions as above, by the struts that may reach into the ball.
+  [[nodiscard]] bool surely_outside(std::span<const Index> near, const Vec3& centre, double radius) const;
+  [[nodiscard]] bool surely_inside(std::span<const Index> near, const Vec3& centre, double radius) const;
+  [[nodiscard]] double thinnest_radius(std::span<const Index> near, const Vec3& centre, double radius, double enough) const;
 
   std::vector<Kernel> kernels_;
   Index first_cone_ = 0;
   std::vector<Cone> cones_;
   std::vector<Foot> feet_;
+  std::vector<Index> all_;   // struts
   std::vector<Grid> grids_;  // [0] for value(), then ever coarser ones for bounds()
   Vec3 low_ = Vec3::Zero(), high_ = Vec3::Zero();
   double kernel_ratio_ = 1.3, scale_ = 0.0;  // kappa and 16 w

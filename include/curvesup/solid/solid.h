@@ -1,8 +1,12 @@
 #pragma once
 
+#include <memory>
+
 #include "curvesup/core/types.h"
 
 namespace curvesup {
+
+class LocalSolid;
 
 // A support solid as an implicit function; inside is value(p) >= 0 (paper, equation 2). Safe to call from many threads.
 class Solid {
@@ -30,6 +34,40 @@ class Solid {
   [[nodiscard]] virtual bool surely_inside(const Vec3& centre, double radius) const {
     return bounds(centre, radius).low >= 0.0;
   }
+
+  // For many questions about one place after the other.
+  [[nodiscard]] virtual std::unique_ptr<LocalSolid> local() const;
 };
+
+// The solid as seen by one thread near one place: the same answers, sooner where they are about the ball that is in focus.
+class LocalSolid {
+ public:
+  explicit LocalSolid(const Solid& solid) : solid_(solid) {}
+  virtual ~LocalSolid() = default;
+
+  virtual void focus(const Vec3& centre, double radius) {
+    centre_ = centre;
+    radius_ = radius;
+  }
+  [[nodiscard]] virtual double value(const Vec3& p) { return solid_.value(p); }
+  [[nodiscard]] virtual bool surely_outside(const Vec3& centre, double radius) const { return solid_.surely_outside(centre, radius); }
+  [[nodiscard]] virtual bool surely_inside(const Vec3& centre, double radius) const { return solid_.surely_inside(centre, radius); }
+  [[nodiscard]] virtual double thinnest_radius(const Vec3& centre, double radius, double enough) const {
+    return solid_.thinnest_radius(centre, radius, enough);
+  }
+
+ protected:
+  [[nodiscard]] bool covers(const Vec3& centre, double radius) const {
+    const double left = radius_ - radius;
+    return left >= 0.0 && (centre - centre_).squaredNorm() <= left * left;
+  }
+
+ private:
+  const Solid& solid_;
+  Vec3 centre_ = Vec3::Zero();
+  double radius_ = -1.0;
+};
+
+inline std::unique_ptr<LocalSolid> Solid::local() const { return std::make_unique<LocalSolid>(*this); }
 
 }  // namespace curvesup
