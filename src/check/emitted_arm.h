@@ -15,11 +15,23 @@ struct ArmFrame {
 // Angle and axis of a rotation, angle in [0, pi].
 [[nodiscard]] Vec3 rotation_vector_from(const Mat3& rotation);
 [[nodiscard]] ArmFrame frame_of(const Pose& pose);
-// The tool centre point's frame at `joints`.
-[[nodiscard]] ArmFrame tool_frame_at(const Arm& arm, const Pose& tcp, const Joints& joints);
+// The third column of rotation_from(): where the nozzle points from the part.
+[[nodiscard]] Vec3 tool_axis(const Vec3& rotation_vector);
 
-// Elbow, the ends of the links behind it, and the flange: origins of the frames behind joints 2 to 6, metres.
-[[nodiscard]] std::array<Vec3, 5> link_points_at(const Arm& arm, const Joints& joints);
+// Where the links of an arm are at some joints.
+class LinkChain;
+class ArmLinks {
+ public:
+  explicit ArmLinks(const Arm& arm);
+  ~ArmLinks();
+
+  [[nodiscard]] ArmFrame tool(const Joints& joints, const Pose& tcp) const;
+  // Elbow, the ends of the links behind it, and the flange: origins of the frames behind joints 2 to 6, metres.
+  [[nodiscard]] std::array<Vec3, 5> points(const Joints& joints) const;
+
+ private:
+  std::unique_ptr<const LinkChain> chain_;
+};
 
 // Length over which the controller spreads a printing move: the way, or the turn by its rotation rule; metres.
 [[nodiscard]] double planned_length_m(const Pose& from, const Pose& to, double rotation_rad_per_m);

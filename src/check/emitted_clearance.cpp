@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "check/emitted_sync.h"
@@ -32,8 +33,27 @@ struct Grain {
 // All grains of the print, halved along the longest side again and again; each half knows when its first grain is laid.
 class Heap {
  public:
-  explicit Heap(std::vector<Grain> grains) : grains_(std::move(grains)) {
-    if (!grains_.empty()) split(0, grains_.size());
+  // The first halvings leave parts for the threads. A part's root is behind the part before: they need no node above them.
+  Heap(std::vector<Grain> grains, const RunContext& run) : grains_(std::move(grains)) {
+    if (grains_.empty()) return;
+    std::vector<Range> parts = {{0, grains_.size()}};
+    for (int halving = 0; halving < kHalvings; ++halving) {
+      std::vector<Range> halves;
+      for (const Range& part : parts) {
+        const std::size_t middle = halve(part, box_of(part).half);
+        halves.insert(halves.end(), {{part.begin, middle}, {middle, part.end}});
+      }
+      parts = std::move(halves);
+    }
+    std::vector<std::vector<Node>> nodes(parts.size());
+    parallel_for(parts.size(), 1, run, [&](std::size_t i, std::size_t, std::size_t) {
+      if (parts[i].begin < parts[i].end) split(parts[i], nodes[i]);
+    });
+    for (const std::vector<Node>& some : nodes) {
+      const auto before = static_cast<std::uint32_t>(nodes_.size());
+      nodes_.insert(nodes_.end(), some.begin(), some.end());
+      for (std::size_t n = before; n < nodes_.size(); ++n) nodes_[n].next += before;
+    }
   }
 
   // A box around grains, and the sphere around it.
@@ -63,38 +83,54 @@ class Heap {
   struct Node {
     Box box;
     int earliest;
-    std::size_t next;        // behind all that is inside this one
-    std::size_t begin, end;  // of its grains; none unless it is a leaf
+    std::uint32_t next;        // behind all that is inside this one
+    std::uint32_t begin, end;  // of its grains; none unless it is a leaf
   };
 
-  void split(std::size_t begin, std::size_t end) {
+  struct Range {
+    std::size_t begin, end;
+  };
+
+  [[nodiscard]] Box box_of(const Range& range) const {
     Eigen::Vector3f low = Eigen::Vector3f::Constant(std::numeric_limits<float>::max()), high = -low;
-    int earliest = std::numeric_limits<int>::max();
-    for (std::size_t i = begin; i < end; ++i) {
+    for (std::size_t i = range.begin; i < range.end; ++i) {
       const Eigen::Vector3f at(grains_[i].x, grains_[i].y, grains_[i].z);
       low = low.cwiseMin(at);
       high = high.cwiseMax(at);
-      earliest = std::min(earliest, grains_[i].order);
     }
-    const Eigen::Vector3f size = high - low, half_size = 0.5f * size + Eigen::Vector3f::Constant(1e-3f);
-    const std::size_t node = nodes_.size();
-    const bool leaf = end - begin <= kLeaf;
-    nodes_.push_back({{0.5f * (low + high), half_size, half_size.norm()}, earliest, 0, begin, leaf ? end : begin});
+    const Eigen::Vector3f half = 0.5f * (high - low) + Eigen::Vector3f::Constant(1e-3f);
+    return {0.5f * (low + high), half, half.norm()};
+  }
+
+  // Puts the lower half along the longest side first.
+  std::size_t halve(const Range& range, const Eigen::Vector3f& size) {
+    int side = 0;
+    size.maxCoeff(&side);
+    const auto value = [side](const Grain& grain) { return side == 0 ? grain.x : side == 1 ? grain.y : grain.z; };
+    const std::size_t middle = range.begin + (range.end - range.begin) / 2;
+    const auto first = grains_.begin();
+    std::nth_element(first + static_cast<std::ptrdiff_t>(range.begin), first + static_cast<std::ptrdiff_t>(middle),
+                     first + static_cast<std::ptrdiff_t>(range.end), [&](const Grain& a, const Grain& b) { return value(a) < value(b); });
+    return middle;
+  }
+
+  void split(const Range& range, std::vector<Node>& nodes) {
+    const Box box = box_of(range);
+    int earliest = std::numeric_limits<int>::max();
+    for (std::size_t i = range.begin; i < range.end; ++i) earliest = std::min(earliest, grains_[i].order);
+    const bool leaf = range.end - range.begin <= kLeaf;
+    const std::size_t node = nodes.size();
+    nodes.push_back({box, earliest, 0, static_cast<std::uint32_t>(range.begin), static_cast<std::uint32_t>(leaf ? range.end : range.begin)});
     if (!leaf) {
-      int side = 0;
-      size.maxCoeff(&side);
-      const auto value = [side](const Grain& grain) { return side == 0 ? grain.x : side == 1 ? grain.y : grain.z; };
-      const std::size_t half = begin + (end - begin) / 2;
-      const auto first = grains_.begin();
-      std::nth_element(first + static_cast<std::ptrdiff_t>(begin), first + static_cast<std::ptrdiff_t>(half),
-                       first + static_cast<std::ptrdiff_t>(end), [&](const Grain& a, const Grain& b) { return value(a) < value(b); });
-      split(begin, half);
-      split(half, end);
+      const std::size_t middle = halve(range, box.half);
+      split({range.begin, middle}, nodes);
+      split({middle, range.end}, nodes);
     }
-    nodes_[node].next = nodes_.size();
+    nodes[node].next = static_cast<std::uint32_t>(nodes.size());
   }
 
   static constexpr std::size_t kLeaf = 24;
+  static constexpr int kHalvings = 4;
   std::vector<Grain> grains_;
   std::vector<Node> nodes_;  // each before those inside it
 };
@@ -104,13 +140,12 @@ class Head {
  public:
   explicit Head(const Tool& tool) : tool_(tool), sine_(tool.cone_half_angle.sin()), cosine_(tool.cone_half_angle.cos()) {}
 
-  // Of a point at that height above the tip plane and that far from the axis: exact inside, no more than the distance
-  // outside.
-  [[nodiscard]] double distance(double height, double radius) const {
-    const double flank = (radius - tool_.tip_radius_mm) * cosine_ - height * sine_;
-    const double cone = std::max({-height, height - tool_.cone_length_mm, flank});
-    const double cylinder = std::max({tool_.cone_length_mm - height, height - tool_.head_length_mm, radius - tool_.head_radius_mm});
-    return std::min(cone, cylinder);
+  // Whether a point at that height above the tip plane and at that distance from the axis, squared, is at least `apart`
+  // away: exact for points inside the head, where `apart` is negative; no more than true outside.
+  [[nodiscard]] bool clears(double height, double squared, double apart) const {
+    const auto beyond = [squared](double radius) { return radius <= 0.0 || squared >= radius * radius; };
+    const bool cone = height <= -apart || height >= tool_.cone_length_mm + apart || beyond(tool_.tip_radius_mm + (apart + height * sine_) / cosine_);
+    return cone && (height <= tool_.cone_length_mm - apart || height >= tool_.head_length_mm + apart || beyond(tool_.head_radius_mm + apart));
   }
   // Lowest z of all but its foot.
   [[nodiscard]] double lowest(const Vec3& tip, const Vec3& axis) const {
@@ -128,8 +163,8 @@ class Head {
 
 class ClearanceCheck {
  public:
-  ClearanceCheck(const Programs& programs, const std::vector<PathBead>& beads, const Machine& machine)
-      : programs_(programs), beads_(beads), machine_(machine), platform_(frame_of(machine.platform.pose)), head_(machine.tool), heap_(grains()) {}
+  ClearanceCheck(const Programs& programs, const std::vector<PathBead>& beads, const Machine& machine, const RunContext& run)
+      : programs_(programs), beads_(beads), machine_(machine), platform_(frame_of(machine.platform.pose)), head_(machine.tool), links_(machine.arm), heap_(grains(), run) {}
 
   void run(const RunContext& run, Findings& findings) {
     constexpr std::size_t kTogether = 64;
@@ -155,11 +190,12 @@ class ClearanceCheck {
       passed_.push_back(passed);
       for (std::size_t k = 0; k < chain.moves; ++k) {
         const JobMove& move = programs_.job.moves[chain.job_first + k];
-        const double length = move.length_mm();
-        const int pieces = move.e_mm > 0.0 ? 1 + static_cast<int>(length / kGrain_mm) : 0;
+        const Vec3 from = programs_.job.from_mm(chain.job_first + k), way = move.tip_mm.vec() - from;
+        const double length = way.norm();
+        const int pieces = move.e_mm > 0.0f ? 1 + static_cast<int>(length / kGrain_mm) : 0;
         for (int i = 1; i <= pieces; ++i) {
           const double share = static_cast<double>(i) / pieces;
-          const Eigen::Vector3f at = (move.from_mm + share * (move.tip_mm - move.from_mm)).cast<float>();
+          const Eigen::Vector3f at = (from + share * way).cast<float>();
           grains.push_back({at.x(), at.y(), at.z(), static_cast<int>(chain.job_first + k), path, static_cast<float>(passed + share * length)});
         }
         passed += length;
@@ -185,7 +221,7 @@ class ClearanceCheck {
     double passed = passed_[c], since = kPose_mm, since_links = kLinkPose_mm;
     Vec3 axis = Vec3::Zero();  // of the last pose that was looked at
     for (std::size_t k = 0; k < chain.moves; ++k) {
-      const double length = programs_.job.moves[chain.job_first + k].length_mm();
+      const double length = programs_.job.length_mm(chain.job_first + k);
       passed += length;
       since += length;
       since_links += length;
@@ -220,8 +256,7 @@ class ClearanceCheck {
         const double share = static_cast<double>(s) / kTravelPoses;
         Joints joints;
         for (std::size_t j = 0; j < 6; ++j) joints[j] = (1.0 - share) * from.reached[j] + share * to.reached[j];
-        const ArmFrame tool = tool_frame_at(machine_.arm, part.tcp, joints);
-        Look look = look_of(tool);
+        Look look = look_of(links_.tool(joints, part.tcp));
         look.order = static_cast<int>(chain.job_first);
         const Place place{part.file, to.line};
         check_head(look, place, findings);
@@ -236,33 +271,37 @@ class ClearanceCheck {
     look.axis = platform_.rotation.transpose() * tool.rotation.col(2);
     return look;
   }
-  [[nodiscard]] Look look_of(const Pose& pose) const { return look_of(frame_of(pose)); }
+  [[nodiscard]] Look look_of(const Pose& pose) const {
+    Look look;
+    look.tip = in_platform(pose.position_m);
+    look.axis = platform_.rotation.transpose() * tool_axis(pose.rotation_vector);
+    return look;
+  }
   [[nodiscard]] Vec3 in_platform(const Vec3& metres) const { return 1000.0 * (platform_.rotation.transpose() * (metres - platform_.position)); }
 
   void check_head(const Look& look, const Place& place, Findings& findings) const {
     const double table = machine_.platform.table_clearance_mm - kSlack_mm;
     findings.expect(head_.lowest(look.tip, look.axis) >= table, Rule::clearance, place, "the head touches the platform");
-    const auto height_of = [&](const Vec3& at) { return (at - look.tip).dot(look.axis); };
-    const auto distance_of = [&](const Vec3& at, double height) {
-      return head_.distance(height, std::sqrt(std::max(0.0, (at - look.tip).squaredNorm() - height * height)));
-    };
+    const Vec3 lean = look.axis.cwiseAbs();
+    const auto clears = [&](const Vec3& way, double height, double apart) { return head_.clears(height, way.squaredNorm() - height * height, apart); };
     const Grain* touched = heap_.find(
         look.order,
         [&](const Heap::Box& box) {
-          const Vec3 middle = box.middle.cast<double>();
-          const double height = height_of(middle), reach = look.axis.cwiseAbs().dot(box.half.cast<double>());
-          return height + reach <= look.own_mm || distance_of(middle, height) - box.radius >= -kSlack_mm;
+          const Vec3 way = box.middle.cast<double>() - look.tip;
+          const double height = way.dot(look.axis);
+          return height + lean.dot(box.half.cast<double>()) <= look.own_mm || clears(way, height, static_cast<double>(box.radius) - kSlack_mm);
         },
         [&](const Grain& grain) {
-          if (grain.path == look.path && grain.passed > look.hard_mm) return false;
-          const double height = height_of(grain.at());
-          return height > look.own_mm && distance_of(grain.at(), height) < -kSlack_mm;
+          const Vec3 way = grain.at() - look.tip;
+          const double height = way.dot(look.axis);
+          if (height <= look.own_mm || (grain.path == look.path && grain.passed > look.hard_mm)) return false;
+          return !clears(way, height, -kSlack_mm);
         });
     if (touched) findings.fail(Rule::clearance, place, "the head touches what path " + std::to_string(touched->path) + " has laid");
   }
 
   void check_links(const Joints& joints, int order, const Place& place, Findings& findings) const {
-    const std::array<Vec3, 5> points = link_points_at(machine_.arm, joints);
+    const std::array<Vec3, 5> points = links_.points(joints);
     const ArmBody& body = machine_.arm.body;
     for (std::size_t i = 0; i + 1 < points.size(); ++i) {
       const Vec3 a = in_platform(points[i]), along = in_platform(points[i + 1]) - a;
@@ -285,6 +324,7 @@ class ClearanceCheck {
   const Machine& machine_;
   ArmFrame platform_;
   Head head_;
+  ArmLinks links_;
   std::vector<double> passed_;  // of its path, before each chain
   Heap heap_;
 };
@@ -292,7 +332,7 @@ class ClearanceCheck {
 }  // namespace
 
 void check_clearance(const Programs& programs, const std::vector<PathBead>& beads, const Machine& machine, const RunContext& run, Findings& findings) {
-  ClearanceCheck(programs, beads, machine).run(run, findings);
+  ClearanceCheck(programs, beads, machine, run).run(run, findings);
 }
 
 }  // namespace curvesup::emitted

@@ -1,24 +1,23 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "check/emitted_findings.h"
+#include "check/emitted_packed.h"
 #include "curvesup/motion/machine.h"
 
 // The job of the extruder board, read from its text.
 namespace curvesup::emitted {
 
 struct JobMove {
-  Vec3 from_mm = Vec3::Zero(), tip_mm = Vec3::Zero();
-  double e_mm = 0.0;
-  double feed_mm_s = 0.0;
+  PackedVec<4> tip_mm;
+  float e_mm = 0.0f, feed_mm_s = 0.0f;
   bool has_xyz = false, has_e = false, rapid = false;
-  int tool = -1;
+  std::int8_t tool = -1;
   int line = 0;
-
-  [[nodiscard]] double length_mm() const { return (tip_mm - from_mm).norm(); }
 };
 
 struct JobEvent {
@@ -45,7 +44,7 @@ struct JobEvent {
 
 struct JobPath {
   int path = -1, section = 0, sections = 0, group = -1, layer = -1;
-  std::string_view type;
+  std::string type;
   int line = 0;
 };
 
@@ -59,18 +58,23 @@ struct JobHeader {
 
 struct Job {
   std::string file = "duet/print.g";
-  std::string text;
+  std::string sha256;
+  std::uint64_t bytes = 0;
   std::vector<JobEvent> events;
   std::vector<JobMove> moves;
   std::vector<JobPath> paths;
-  std::vector<std::size_t> part_offsets;  // of the lines ";PART:n"
+  std::vector<std::uint64_t> part_offsets;  // of the lines ";PART:n"
   std::vector<int> part_numbers;
   JobHeader header;
   Findings findings;
+  Vec3 start_mm = Vec3::Zero();  // where the first move begins
+
+  [[nodiscard]] Vec3 from_mm(std::size_t move) const { return move == 0 ? start_mm : moves[move - 1].tip_mm.vec(); }
+  [[nodiscard]] double length_mm(std::size_t move) const { return (moves[move].tip_mm.vec() - from_mm(move)).norm(); }
 };
 
-// Reads job.text. Rules 25 to 29, 31 in part, 32 in part, 33, 39.
-void read_job(Job& job, const Machine& machine);
+// Reads job.file below `folder`. Rules 25 to 29, 31 in part, 32 in part, 33, 39.
+void read_job(Job& job, const std::filesystem::path& folder, const Machine& machine);
 
 // The board's settings and macros: rules 25 and 26.
 void read_settings(std::string_view file, std::string_view text, Findings& findings);

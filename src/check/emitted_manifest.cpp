@@ -72,7 +72,7 @@ class ManifestCheck {
 
   // Of programs it is known already.
   std::string hash_of(const std::string& path) const {
-    if (path == programs_.job.file) return sha256_hex(programs_.job.text);
+    if (path == programs_.job.file) return programs_.job.sha256;
     for (const RobotPart& part : programs_.parts) {
       if (part.file == path) return part.sha256;
     }

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "check/emitted_sync.h"
+#include "core/memory.h"
 #include "curvesup/check/check_output.h"
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
@@ -63,25 +64,41 @@ void add(EmittedFigures& figures, const EmittedFigures& part) {
   figures.max_rotation_rad_per_m = std::max(figures.max_rotation_rad_per_m, part.max_rotation_rad_per_m);
 }
 
-void read_parts(std::vector<RobotPart>& parts, const fs::path& folder, const Machine& machine, const RunContext& run, Findings& findings,
-                EmittedFigures& figures) {
+void read_part(RobotPart& part, int parts, const fs::path& folder, const Machine& machine, EmittedFigures& figures) {
+  part.text = read_all(folder / part.file);
+  read_script(part, parts, machine);
+  probe_waits(part, machine);
+  part.bytes = part.text.size();
+  part.sha256 = sha256_hex(part.text);
+  part.functions = {};
+  std::string().swap(part.text);
+  part.moves.shrink_to_fit();
+  part.events.shrink_to_fit();
+  check_arm(part, machine);
+  std::vector<Joints>().swap(part.joints);
+  check_chains(part, machine, figures);
+}
+
+void read_job_file(Job& job, const fs::path& folder, const Machine& machine) {
+  if (machine.link.kind != DuetLink::stream) return read_job(job, folder, machine);
+  job.sha256 = sha256_of_file(folder / job.file);
+  job.bytes = fs::file_size(folder / job.file);
+}
+
+// All files at once; the longest come first.
+void read_programs(Programs& programs, SourcePaths& source, const fs::path& folder, const Machine& machine, const RunContext& run,
+                   Findings& findings, EmittedFigures& figures) {
+  std::vector<RobotPart>& parts = programs.parts;
   std::vector<EmittedFigures> each(parts.size());
-  parallel_for(parts.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i) {
-      RobotPart& part = parts[i];
-      part.text = read_all(folder / part.file);
-      read_script(part, static_cast<int>(parts.size()), machine);
-      probe_waits(part, machine);
-      part.bytes = part.text.size();
-      part.sha256 = sha256_hex(part.text);
-      part.functions = {};
-      std::string().swap(part.text);
-      part.moves.shrink_to_fit();
-      check_arm(part, machine);
-      check_chains(part, machine, each[i]);
-    }
+  const bool board = machine.link.kind != DuetLink::stream;
+  parallel_for(parts.size() + 2, 1, run, [&](std::size_t task, std::size_t, std::size_t) {
+    if (task == 0) return read_job_file(programs.job, folder, machine);
+    if (task > 1) return read_part(parts[task - 2], static_cast<int>(parts.size()), folder, machine, each[task - 2]);
+    if (board) source = read_source(folder / "toolpaths.vtp");
   });
+  release_free_memory();
   figures.parts = parts.size();
+  figures.duet_bytes = programs.job.bytes;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     findings.merge(parts[i].findings);
     add(figures, each[i]);
@@ -125,19 +142,18 @@ CheckOutputResult check_output(const fs::path& out_folder, const Machine& machin
   Findings findings;
   Programs programs;
   programs.parts = find_parts(out_folder, findings);
-  read_parts(programs.parts, out_folder, machine, run, findings, result.figures);
+  SourcePaths source;
+  read_programs(programs, source, out_folder, machine, run, findings, result.figures);
   check_part_starts(programs.parts, machine, findings);
   run.progress(0.5);
   read_duet_folder(out_folder, findings);
-  programs.job.text = read_all(out_folder / programs.job.file);
-  result.figures.duet_bytes = programs.job.text.size();
   if (machine.link.kind != DuetLink::stream) {
-    read_job(programs.job, machine);
     findings.merge(programs.job.findings);
-    check_sync(programs, machine, findings, result.figures);
+    check_sync(programs, machine, run, findings, result.figures);
+    run.progress(0.7);
+    const std::vector<PathBead> beads = std::move(source.beads);
+    check_paths(programs, std::move(source), machine, run, findings, result.figures);
     run.progress(0.8);
-    const std::vector<PathBead> beads = check_paths(programs, out_folder / "toolpaths.vtp", machine, run, findings, result.figures);
-    run.progress(0.9);
     check_clearance(programs, beads, machine, run, findings);
   }
   check_manifest(programs, out_folder, findings);

@@ -1,5 +1,6 @@
 #include "check/emitted_script.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -91,6 +92,7 @@ class ExpressionReader {
     static constexpr std::string_view kLevels[][6] = {
         {"or"}, {"and"}, {"==", "!=", "<=", ">=", "<", ">"}, {"+", "-"}, {"*", "/", "%"}};
     skip();
+    if (at_ == text_.size() || text_[at_] == ',' || text_[at_] == ')' || text_[at_] == ']') return {};
     for (const std::string_view op : kLevels[level]) {
       if (op.empty() || text_.substr(at_, op.size()) != op) continue;
       if (is_letter(op[0]) && at_ + op.size() < text_.size() && is_word(text_[at_ + op.size()])) continue;
@@ -247,42 +249,36 @@ class ScriptReader {
   }
 
   void check_bytes(std::string_view line) {
-    bool printable = true;
-    for (const char c : line) printable &= c >= 0x20 && c <= 0x7e;
-    expect(printable, Rule::bytes, "a byte that is not printable ASCII");
+    expect(is_printable(line), Rule::bytes, "a byte that is not printable ASCII");
   }
 
   // "movep(p[..6], a=, v=, r=)" as nearly all lines are; false for everything else.
   bool fast_move(std::string_view line) {
-    if (closed_ || !open_.empty() || place_.line == 1 || !starts_with(line, " movep(p[")) return false;
-    std::size_t at = 9;
+    std::size_t at = 0;
+    if (closed_ || !open_.empty() || place_.line == 1 || !read_literal(line, at, " movep(p[")) return false;
     double values[9];
     Number number;
     for (int i = 0; i < 6; ++i) {
       if (!read_number(line, at, number) || !number.plain || number.decimals < kPositionDecimals) return false;
       values[i] = number.value;
-      if (!read_literal(line, at, i < 5 ? "," : "]")) return false;
+      if (i < 5 ? !read_literal(line, at, ",") : !read_literal(line, at, "]")) return false;
     }
-    static constexpr std::string_view kNames[] = {", a=", ", v=", ", r="};
-    for (int i = 0; i < 3; ++i) {
-      if (!read_literal(line, at, kNames[i]) || !read_number(line, at, number) || !number.plain) return false;
-      values[6 + i] = number.value;
-    }
-    if (!read_literal(line, at, ")")) return false;
+    const auto named = [&](const auto& name, double& value) {
+      if (!read_literal(line, at, name) || !read_number(line, at, number) || !number.plain) return false;
+      value = number.value;
+      return true;
+    };
+    if (!named(", a=", values[6]) || !named(", v=", values[7]) || !named(", r=", values[8]) || !read_literal(line, at, ")")) return false;
     const std::string_view rest = line.substr(at);
     if (!rest.empty() && rest != " # rotation") return false;
     RobotMove move;
     move.has_pose = true;
     move.marked = !rest.empty();
-    for (int i = 0; i < 3; ++i) {
-      move.pose.position_m[i] = values[i];
-      move.pose.rotation_vector[i] = values[3 + i];
-    }
-    move.a = values[6];
-    move.v = values[7];
-    move.r = values[8];
-    check_pose(move.pose);
-    add_move(move);
+    take_pose(values, move);
+    move.a = static_cast<float>(values[6]);
+    move.v = static_cast<float>(values[7]);
+    move.r = static_cast<float>(values[8]);
+    add_move(move, nullptr);
     return true;
   }
 
@@ -338,7 +334,7 @@ class ScriptReader {
     if (starts_with(comment, "# barrier ")) {
       const bool part = starts_with(comment, "# barrier part "), change = starts_with(comment, "# barrier change ");
       const int kind = part ? 0 : change ? 2 : starts_with(comment, "# barrier path ") ? 1 : 3;
-      add_event({RobotEvent::Kind::barrier, place_.line, kind, false, 0.0});
+      add_event({RobotEvent::Kind::barrier, place_.line, kind, false, 0.0f});
     }
   }
 
@@ -354,7 +350,7 @@ class ScriptReader {
     path.material = material == " model" ? 0 : material == " support" ? 1 : -1;
     path.line = place_.line;
     if (!good || path.material < 0) return fail(Rule::path_order, "a path comment that cannot be read");
-    add_event({RobotEvent::Kind::path, place_.line, static_cast<int>(part_.paths.size()), false, 0.0});
+    add_event({RobotEvent::Kind::path, place_.line, static_cast<int>(part_.paths.size()), false, 0.0f});
     part_.paths.push_back(path);
   }
 
@@ -470,7 +466,7 @@ class ScriptReader {
     }
     if (statement.kind == Statement::Kind::leave) return fail(Rule::blocks, "the program leaves before its end");
     if (statement.kind == Statement::Kind::assign && statement.name == "gate") {
-      add_event({RobotEvent::Kind::set_gate, place_.line, static_cast<int>(statement.expression.value), true, 0.0});
+      add_event({RobotEvent::Kind::set_gate, place_.line, static_cast<int>(statement.expression.value), true, 0.0f});
     }
     if (statement.kind == Statement::Kind::call) execute(statement.expression);
     if (statement.kind == Statement::Kind::loop) check_connection(statement);
@@ -537,9 +533,11 @@ class ScriptReader {
     }
   }
 
-  void check_pose(const Pose& pose) {
+  void take_pose(const double* values, RobotMove& move) {
+    const Pose pose{{values[0], values[1], values[2]}, {values[3], values[4], values[5]}};
     const bool near = pose.position_m.cwiseAbs().maxCoeff() < machine_.arm.max_reach_m;
     expect(near, Rule::pose_numbers, "a coordinate beyond arm.max_reach_m: millimetres for metres");
+    move.pose = pose;
   }
 
   // Position in `names` order or by name.
@@ -568,7 +566,7 @@ class ScriptReader {
     if (name == "set_standard_digital_out") return output(call);
     if (name == "wait_acknowledge") return wait(call);
     if (name == "exchange") return exchange(call);
-    if (name == "sleep") return add_event({RobotEvent::Kind::sleep, place_.line, 0, false, number_of(call, 0, "t", 0.0)});
+    if (name == "sleep") return add_event({RobotEvent::Kind::sleep, place_.line, 0, false, static_cast<float>(number_of(call, 0, "t", 0.0))});
     if (name == "set_tcp") return tool_frame(call);
     if (name == "set_payload") return payload(call);
     if (name == "textmsg" || name == "socket_close") {
@@ -587,7 +585,7 @@ class ScriptReader {
     const auto level = level_of(call, 1, "b");
     const double number = number_of(call, 0, "n", -1.0);
     if (!level || number < 0.0 || number > 7.0) return fail(Rule::calls, "an output needs a number from 0 to 7 and a level");
-    add_event({RobotEvent::Kind::output, place_.line, static_cast<int>(number), *level, 0.0});
+    add_event({RobotEvent::Kind::output, place_.line, static_cast<int>(number), *level, 0.0f});
   }
 
   void wait(const Expression& call) {
@@ -595,7 +593,7 @@ class ScriptReader {
     const double seconds = number_of(call, 1, "seconds", -1.0);
     if (!level || seconds <= 0.0) return fail(Rule::timeouts, "a wait needs a level and a time");
     expect(seconds <= 3600.0, Rule::timeouts, "a wait of more than an hour");
-    add_event({RobotEvent::Kind::wait, place_.line, 0, *level, seconds});
+    add_event({RobotEvent::Kind::wait, place_.line, 0, *level, static_cast<float>(seconds)});
   }
 
   // "set global.rc=K", "rc K": signal K and its answer; a part's number is negative.
@@ -609,7 +607,7 @@ class ScriptReader {
     const bool good = read_integer(command, at, number) && read_literal(answer, in_answer, part ? "part " : "rc ") &&
                       read_integer(answer, in_answer, answered) && number == answered;
     expect(good, Rule::barriers, "the answer does not belong to the command");
-    add_event({RobotEvent::Kind::exchange, place_.line, part ? -number : number, true, call.children[2].value});
+    add_event({RobotEvent::Kind::exchange, place_.line, part ? -number : number, true, static_cast<float>(call.children[2].value)});
   }
 
   void tool_frame(const Expression& call) {
@@ -644,49 +642,37 @@ class ScriptReader {
       target = argument(*target, 0, "x");
       if (!seed || kind != RobotMove::Kind::joint) return fail(Rule::part_start, "inverse kinematics without a seed");
     }
-    double values[6];
+    double values[6], seeds[6];
     const bool pose = target && target->kind == Expression::Kind::pose;
     const bool joints = target && target->kind == Expression::Kind::list;
     const bool fits = target && six_numbers(*target, values) && (kind == RobotMove::Kind::joint ? joints || seed : pose);
     if (!fits) return fail(Rule::pose_numbers, "a move whose target cannot be read");
+    if (seed && !six_numbers(*seed, seeds)) return fail(Rule::part_start, "inverse kinematics without six seeds");
     if (pose) {
       move.has_pose = true;
-      for (int i = 0; i < 3; ++i) {
-        move.pose.position_m[i] = values[i];
-        move.pose.rotation_vector[i] = values[3 + i];
-      }
-      check_pose(move.pose);
-    } else {
-      take_joints(values, move);
-    }
-    if (seed) {
-      if (!six_numbers(*seed, values)) return fail(Rule::part_start, "inverse kinematics without six seeds");
-      take_joints(values, move);
+      take_pose(values, move);
     }
     const bool process = kind == RobotMove::Kind::process;
-    move.a = number_of(call, 1, "a", -1.0);
-    move.v = number_of(call, 2, "v", -1.0);
-    move.r = number_of(call, process ? 3 : 4, "r", process ? -1.0 : 0.0);
+    move.a = static_cast<float>(number_of(call, 1, "a", -1.0));
+    move.v = static_cast<float>(number_of(call, 2, "v", -1.0));
+    move.r = static_cast<float>(number_of(call, process ? 3 : 4, "r", process ? -1.0 : 0.0));
     expect(!argument(call, 9, "t"), Rule::calls, "a move by time");
-    add_move(move);
+    add_move(move, seed ? seeds : joints ? values : nullptr);
   }
 
-  static void take_joints(const double* values, RobotMove& move) {
-    move.has_joints = true;
-    for (std::size_t i = 0; i < 6; ++i) move.joints[i] = values[i];
-  }
-
-  void add_move(RobotMove move) {
+  // `joints`: six, of joint moves only.
+  void add_move(RobotMove move, const double* joints) {
     move.line = place_.line;
     const bool joint = move.kind == RobotMove::Kind::joint;
-    const double top_v = joint ? 3.2 : 0.5, top_a = joint ? 40.0 : 3.0;
-    expect(move.v > 0.0 && move.v <= top_v, Rule::units, "speed out of range");
-    expect(move.a > 0.0 && move.a <= top_a, Rule::units, "acceleration out of range");
-    expect(move.r >= 0.0 && move.r < 0.05, Rule::units, "blend radius out of range");
+    const float top_v = joint ? 3.2f : 0.5f, top_a = joint ? 40.0f : 3.0f;
+    expect(move.v > 0.0f && move.v <= top_v, Rule::units, "speed out of range");
+    expect(move.a > 0.0f && move.a <= top_a, Rule::units, "acceleration out of range");
+    expect(move.r >= 0.0f && move.r < 0.05f, Rule::units, "blend radius out of range");
     expect(tool_frames_ == 1 && payloads_ == 1, Rule::tool_frame, "a move before set_tcp and set_payload");
-    if (part_.moves.empty()) expect(move.has_joints && joint, Rule::part_start, "the first move of a part is not a movej to joints");
-    add_event({RobotEvent::Kind::move, place_.line, static_cast<int>(part_.moves.size()), false, 0.0});
+    if (part_.moves.empty()) expect(joint, Rule::part_start, "the first move of a part is not a movej to joints");
+    add_event({RobotEvent::Kind::move, place_.line, static_cast<int>(part_.moves.size()), false, 0.0f});
     part_.moves.push_back(move);
+    if (joint) std::copy(joints, joints + 6, part_.joints.emplace_back().begin());
   }
 
   void add_event(const RobotEvent& event) { part_.events.push_back(event); }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "check/emitted_findings.h"
+#include "check/emitted_packed.h"
 #include "curvesup/motion/machine.h"
 
 // Robot programs, read from their text.
@@ -34,22 +35,21 @@ struct Statement {
 struct RobotMove {
   enum class Kind : std::uint8_t { joint, linear, process };
   Kind kind = Kind::process;
-  bool has_pose = false, has_joints = false, marked = false;
+  bool has_pose = false, marked = false;
+  bool solved = false;    // filled by the arm's check, with `reached`, and the pose where there is none
   int line = 0;
-  Pose pose;
-  Joints joints{};   // the target, or the seed of the inverse kinematics when there is a pose
-  double a = 0.0, v = 0.0, r = 0.0;
-  Joints reached{};  // filled by the arm's check
-  bool solved = false;
+  PackedPose pose;
+  PackedJoints reached;
+  float a = 0.0f, v = 0.0f, r = 0.0f;
 };
 
 struct RobotEvent {
   enum class Kind : std::uint8_t { output, wait, move, sleep, path, barrier, set_gate, exchange };
   Kind kind = Kind::move;
   int line = 0;
-  int number = 0;        // output; move; row of `paths`; signal; of a barrier comment: 0 part, 1 path, 2 change, 3 unload
+  int number = 0;         // output; move; row of `paths`; signal; of a barrier comment: 0 part, 1 path, 2 change, 3 unload
   bool level = false;
-  double seconds = 0.0;  // of a wait or a sleep
+  float seconds = 0.0f;   // of a wait or a sleep
 };
 
 struct PathComment {
@@ -66,13 +66,14 @@ struct RobotPart {
   int number = 0;
   std::vector<RobotEvent> events;
   std::vector<RobotMove> moves;
+  std::vector<Joints> joints;  // of the joint moves in order: targets, or seeds of the inverse kinematics where there is a pose
   std::vector<PathComment> paths;
   std::vector<Statement> functions;
   Pose tcp;
   Findings findings;
 };
 
-// Reads part.text; fills all but `reached`. Rules 1 to 8, 18 in part, 22 to 24.
+// Reads part.text; fills all but `reached` and `solved`. Rules 1 to 8, 18 in part, 22 to 24.
 void read_script(RobotPart& part, int parts, const Machine& machine);
 
 // Runs the functions that wait, with and without an answer: rule 22.

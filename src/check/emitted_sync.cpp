@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <numbers>
+
+#include "curvesup/core/parallel.h"
 
 namespace curvesup::emitted {
 
 namespace {
-
-constexpr double kLate_s = 0.02;          // of a slow extruder board behind each acknowledge
-constexpr std::size_t kQueuedMoves = 40;  // of the smaller boards
 
 // ---- meeting points of the robot's programs
 
@@ -285,17 +283,171 @@ class JobPairs {
 
 // ---- comparing
 
+// One chain in both programs: the same moves in the same time, gate by gate.
+class TwinCheck {
+ public:
+  TwinCheck(const Programs& programs, const Machine& machine, Findings& findings, EmittedFigures& figures)
+      : programs_(programs), machine_(machine), findings_(findings), figures_(figures), platform_(frame_of(machine.platform.pose)) {}
+
+  void compare(const BarrierPair& robot, const BarrierPair& job, Chain& chain) {
+    check_moves(robot, job, chain);
+    check_gates(robot, job, chain);
+  }
+
+ private:
+  [[nodiscard]] const RobotPart& part(std::size_t i) const { return programs_.parts[i]; }
+  [[nodiscard]] Place job_place(int line) const { return {programs_.job.file, line}; }
+
+  [[nodiscard]] Vec3 in_platform(const Vec3& metres) const { return 1000.0 * (platform_.rotation.transpose() * (metres - platform_.position)); }
+
+  void check_tip(double apart, double limit, const Place& place, const RobotPart& program, const RobotMove& move) {
+    findings_.at_most(Rule::same_polyline, apart, limit, place,
+                      apart <= limit ? std::string() : "the nozzle is elsewhere than in " + program.file + ":" + std::to_string(move.line));
+  }
+
+  void check_moves(const BarrierPair& robot, const BarrierPair& job, Chain& chain) {
+    const RobotPart& program = part(robot.part);
+    const double acceleration = machine_.speeds.print_acceleration_m_s2;
+    chain.robot_s.resize(chain.moves);
+    chain.job_s.resize(chain.moves);
+    rest_s_.assign(chain.moves, 0.0);
+    for (const Rest& rest : robot.rests) rest_s_[static_cast<std::size_t>(rest.move) - 1] += rest.seconds;
+    std::size_t stop = 0;
+    bool begins = true;
+    Pose before = program.moves[chain.robot_first - 1].pose;
+    Vec3 tip_before = programs_.job.from_mm(chain.job_first);
+    const RobotMove& start = program.moves[chain.robot_first - 1];
+    check_tip((in_platform(before.position_m) - tip_before).norm(), 1e-3 + 5e-3 * (start.kind == RobotMove::Kind::joint),
+              job_place(programs_.job.moves[chain.job_first].line), program, start);
+    for (std::size_t k = 0; k < chain.moves; ++k) {
+      const RobotMove& move = program.moves[chain.robot_first + k];
+      const JobMove& twin = programs_.job.moves[chain.job_first + k];
+      const Place place = job_place(twin.line);
+      const Pose pose = move.pose;
+      const Vec3 tip = twin.tip_mm;
+      check_tip((in_platform(pose.position_m) - tip).norm(), 1e-3, place, program, move);
+      const double length = (tip - tip_before).norm(), feed = static_cast<double>(twin.feed_mm_s);
+      double job_s = feed > 0.0 ? length / feed : 0.0;
+      const double planned = planned_length_m(before, pose, machine_.speeds.rotation_rad_per_m);
+      const double way = (pose.position_m - before.position_m).norm();
+      check_speed(move, way, planned, feed, job_s, place);
+      double robot_s = (move.marked ? planned : way) / std::max(static_cast<double>(move.v), 1e-9);
+      const bool stops_here = k + 1 == chain.moves || move.r == 0.0f;
+      // Both ends of a stretch between stops take half of v / a each, in both machines.
+      const double ramp = 0.5 * feed / (1000.0 * acceleration) * (begins + stops_here);
+      job_s += ramp;
+      robot_s += ramp;
+      if (!stops_here) robot_s -= saved_seconds(program, chain.robot_first + k, feed);
+      chain.job_s[k] = static_cast<float>(job_s);
+      chain.robot_s[k] = static_cast<float>(robot_s);
+      const bool job_stops = stop < job.stops.size() && job.stops[stop] == static_cast<int>(k) + 1;
+      if (job_stops) ++stop;
+      if (k + 1 < chain.moves && job_stops != stops_here) findings_.fail(Rule::same_speed, place, "only one of the machines stops");
+      begins = stops_here;
+      before = pose;
+      tip_before = tip;
+    }
+  }
+
+  void check_speed(const RobotMove& move, double way, double planned, double feed_mm_s, double job_s, const Place& place) {
+    const double feed = feed_mm_s / 1000.0, v = static_cast<double>(move.v);
+    if (!move.marked) {
+      findings_.at_most(Rule::same_speed, std::abs(v - feed) / std::max(feed, 1e-9), 1e-3, place, "feed and speed differ");
+      return;
+    }
+    const double wanted = planned / std::max(job_s, 1e-9);
+    const double rounding = 2e-7 / std::max(way, 1e-7) + 3e-6 / std::max(planned * machine_.speeds.rotation_rad_per_m, 1e-6);
+    findings_.at_most(Rule::same_speed, std::max(0.0, std::abs(v - wanted) / wanted - rounding), 1e-3, place,
+                      "the speed of a rotation-limited move does not keep its duration");
+  }
+
+  // The way through a blend of turn phi is 2 r - R phi shorter.
+  [[nodiscard]] static double saved_seconds(const RobotPart& program, std::size_t i, double feed_mm_s) {
+    const Vec3 here = program.moves[i].pose.position_m;
+    const Vec3 in = here - program.moves[i - 1].pose.position_m.vec(), out = program.moves[i + 1].pose.position_m.vec() - here;
+    const double half = in.cross(out).norm() / std::max(in.norm() * out.norm() + in.dot(out), 1e-300);  // tangent of half the turn
+    if (half < 5e-7 || feed_mm_s <= 0.0) return 0.0;
+    const double r = static_cast<double>(program.moves[i].r);
+    return std::max(0.0, 2000.0 * r * (1.0 - std::atan(half) / half) / feed_mm_s);
+  }
+
+  void check_gates(const BarrierPair& robot, const BarrierPair& job, const Chain& chain) {
+    const Place place = job_place(job.line);
+    figures_.gates += job.gates.size();
+    const bool counted = machine_.link.kind == DuetLink::telnet;
+    if (robot.gates.size() != job.gates.size()) {
+      findings_.fail(Rule::gates, place, "other gates than in " + part(robot.part).file + ":" + std::to_string(robot.line));
+    }
+    for (std::size_t j = 0; j < job.gates.size(); ++j) {
+      const Place gate = job_place(job.gates[j].line);
+      if (!counted) findings_.expect(job.gates[j].number == static_cast<int>((j + 1) % 2), Rule::gates, gate, "levels of gates do not alternate from 1");
+      if (j >= robot.gates.size()) continue;
+      findings_.expect(robot.gates[j].number == job.gates[j].number, Rule::gates, gate, "the level of the gate differs from the script's");
+      const int ahead = j == 0 ? 0 : job.gates[j - 1].move;
+      findings_.expect(robot.gates[j].move == ahead, Rule::gates, gate, "the script does not set the gate one chunk ahead");
+    }
+    check_chunks(robot, job, chain, place);
+  }
+
+  void check_chunks(const BarrierPair& robot, const BarrierPair& job, const Chain& chain, const Place& place) {
+    std::vector<double> job_until(chain.moves + 1, 0.0), robot_until(chain.moves + 1, 0.0);
+    for (std::size_t k = 0; k < chain.moves; ++k) {
+      job_until[k + 1] = job_until[k] + static_cast<double>(chain.job_s[k]);
+      robot_until[k + 1] = robot_until[k] + static_cast<double>(chain.robot_s[k]) + rest_s_[k];
+    }
+    const auto bound = [&](std::size_t j) {
+      return j == 0 ? std::size_t{0} : j <= job.gates.size() ? static_cast<std::size_t>(job.gates[j - 1].move) : chain.moves;
+    };
+    const Link& link = machine_.link;
+    for (std::size_t j = 0; j <= job.gates.size(); ++j) {
+      const std::size_t begin = bound(j), end = bound(j + 1);
+      if (begin >= end) {
+        findings_.fail(Rule::gates, place, "a chunk without moves");
+        continue;
+      }
+      const double seconds = job_until[end] - job_until[begin], difference = std::abs(seconds - robot_until[end] + robot_until[begin]);
+      findings_.expect(static_cast<int>(end - begin) <= link.gate_moves, Rule::chunk_size, place, "more moves between two gates than link.gate_moves");
+      // A single move may be longer than a chunk only if it cannot be divided: none is.
+      findings_.at_most(Rule::chunk_size, seconds, link.gate_interval_s * 1.001 + 1e-3, place, "more seconds between two gates than link.gate_interval_s");
+      findings_.at_most(Rule::chunk_time, difference / std::max(0.05, 0.02 * seconds), 1.0, place, "a chunk takes the machines different times");
+      figures_.max_chunk_mismatch_s = std::max(figures_.max_chunk_mismatch_s, difference);
+    }
+    const double total = job_until.back(), difference = std::abs(total - robot_until.back());
+    findings_.at_most(Rule::chain_time, difference / std::max(0.05, 0.02 * total), 1.0, place, "a chain takes the machines different times");
+    figures_.max_chain_mismatch_s = std::max(figures_.max_chain_mismatch_s, difference);
+    // The arm stands where it sets gate j + 1: the board may run up to gate j + 2.
+    for (std::size_t j = 0; j < robot.gates.size() && j < job.gates.size(); ++j) {
+      const auto at = static_cast<std::size_t>(std::min<int>(robot.gates[j].move, static_cast<int>(chain.moves)));
+      const double ahead = job_until[bound(j + 2)] - job_until[std::min(at, bound(j + 2))];
+      findings_.at_most(Rule::overrun, ahead, 2.0 * link.gate_interval_s * 1.001 + 2e-3, place, "the extruder may run far ahead of the arm");
+    }
+  }
+
+  const Programs& programs_;
+  const Machine& machine_;
+  Findings& findings_;
+  EmittedFigures& figures_;
+  ArmFrame platform_;
+  std::vector<double> rest_s_;  // of the chain at hand, behind each move
+};
+
+// The meeting points of both programs, pair by pair: makes the chains.
 class SyncCheck {
  public:
   SyncCheck(Programs& programs, const Machine& machine, Findings& findings, EmittedFigures& figures)
       : programs_(programs), machine_(machine), findings_(findings), figures_(figures) {}
 
-  void run() {
-    robot_ = RobotPairs(programs_, machine_, findings_).read();
-    job_ = JobPairs(programs_.job, machine_, findings_).read();
+  void run(const RunContext& run) {
+    parallel_for(2, 1, run, [&](std::size_t side, std::size_t, std::size_t) {
+      if (side == 0) robot_ = RobotPairs(programs_, machine_, robot_findings_).read();
+      else job_ = JobPairs(programs_.job, machine_, job_findings_).read();
+    });
+    findings_.merge(robot_findings_);
+    findings_.merge(job_findings_);
     const std::size_t count = std::min(robot_.size(), job_.size());
     findings_.expect(robot_.size() == job_.size(), Rule::barriers, {programs_.job.file, 0}, "the programs hold different numbers of barrier pairs");
-    for (std::size_t i = 0; i < count; ++i) compare(robot_[i], job_[i]);
+    for (std::size_t i = 0; i < count; ++i) compare(i);
+    compare_chains(run);
     figures_.chains = programs_.chains.size();
   }
 
@@ -303,7 +455,8 @@ class SyncCheck {
   [[nodiscard]] const RobotPart& part(std::size_t i) const { return programs_.parts[i]; }
   [[nodiscard]] Place job_place(int line) const { return {programs_.job.file, line}; }
 
-  void compare(const BarrierPair& robot, const BarrierPair& job) {
+  void compare(std::size_t i) {
+    const BarrierPair &robot = robot_[i], &job = job_[i];
     const Place place = job_place(job.line);
     if (robot.kind != job.kind || robot.part != job.part) {
       return findings_.fail(Rule::barriers, place, "the barrier pair is another one than in " + part(robot.part).file + ":" + std::to_string(robot.line));
@@ -334,9 +487,24 @@ class SyncCheck {
       findings_.fail(Rule::path_order, place, "a chain without moves, or at the very start of a part");
       return;
     }
-    check_moves(robot, job, chain);
-    check_gates(robot, job, chain);
     programs_.chains.push_back(std::move(chain));
+    pair_of_chain_.push_back(i);
+  }
+
+  void compare_chains(const RunContext& run) {
+    constexpr std::size_t kTogether = 64;
+    std::vector<Findings> found(chunk_count(programs_.chains.size(), kTogether));
+    std::vector<EmittedFigures> figures(found.size());
+    parallel_for(programs_.chains.size(), kTogether, run, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      TwinCheck twins(programs_, machine_, found[chunk], figures[chunk]);
+      for (std::size_t c = begin; c < end; ++c) twins.compare(robot_[pair_of_chain_[c]], job_[pair_of_chain_[c]], programs_.chains[c]);
+    });
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      findings_.merge(found[i]);
+      figures_.gates += figures[i].gates;
+      figures_.max_chunk_mismatch_s = std::max(figures_.max_chunk_mismatch_s, figures[i].max_chunk_mismatch_s);
+      figures_.max_chain_mismatch_s = std::max(figures_.max_chain_mismatch_s, figures[i].max_chain_mismatch_s);
+    }
   }
 
   // Materials change at the purge station.
@@ -354,389 +522,26 @@ class SyncCheck {
     findings_.expect(there, Rule::tool_change, {program.file, robot.line}, "the arm is not at the purge station");
   }
 
-  void check_moves(const BarrierPair& robot, const BarrierPair& job, Chain& chain) {
-    const RobotPart& program = part(robot.part);
-    const ArmFrame platform = frame_of(machine_.platform.pose);
-    const double acceleration = machine_.speeds.print_acceleration_m_s2;
-    chain.robot_s.resize(chain.moves);
-    chain.job_s.resize(chain.moves);
-    chain.rest_s.assign(chain.moves, 0.0);
-    for (const Rest& rest : robot.rests) chain.rest_s[static_cast<std::size_t>(rest.move) - 1] += rest.seconds;
-    std::size_t stop = 0;
-    bool begins = true;
-    for (std::size_t k = 0; k < chain.moves; ++k) {
-      const RobotMove& from = program.moves[chain.robot_first + k - 1];
-      const RobotMove& move = program.moves[chain.robot_first + k];
-      const JobMove& twin = programs_.job.moves[chain.job_first + k];
-      const Place place = job_place(twin.line);
-      const Vec3 tip = 1000.0 * (platform.rotation.transpose() * (move.pose.position_m - platform.position));
-      findings_.at_most(Rule::same_polyline, (tip - twin.tip_mm).norm(), 1e-3, place, "the nozzle goes elsewhere than in " + program.file + ":" + std::to_string(move.line));
-      if (k == 0) {
-        const Vec3 start = 1000.0 * (platform.rotation.transpose() * (from.pose.position_m - platform.position));
-        findings_.at_most(Rule::same_polyline, (start - twin.from_mm).norm(), 1e-3 + 5e-3 * (from.kind == RobotMove::Kind::joint), place, "the chain starts elsewhere than in the script");
-      }
-      const double length = twin.length_mm();
-      chain.job_s[k] = twin.feed_mm_s > 0.0 ? length / twin.feed_mm_s : 0.0;
-      const double planned = planned_length_m(from.pose, move.pose, machine_.speeds.rotation_rad_per_m);
-      const double way = (move.pose.position_m - from.pose.position_m).norm();
-      check_speed(move, way, planned, twin, chain.job_s[k], place);
-      chain.robot_s[k] = (move.marked ? planned : way) / std::max(move.v, 1e-9);
-      const bool stops_here = k + 1 == chain.moves || move.r == 0.0;
-      // Both ends of a stretch between stops take half of v / a each, in both machines.
-      const double ramp = 0.5 * twin.feed_mm_s / (1000.0 * acceleration) * (begins + stops_here);
-      chain.job_s[k] += ramp;
-      chain.robot_s[k] += ramp;
-      if (!stops_here) chain.robot_s[k] -= saved_seconds(program, chain.robot_first + k, twin.feed_mm_s);
-      const bool job_stops = stop < job.stops.size() && job.stops[stop] == static_cast<int>(k) + 1;
-      if (job_stops) ++stop;
-      if (k + 1 < chain.moves && job_stops != stops_here) findings_.fail(Rule::same_speed, place, "only one of the machines stops");
-      begins = stops_here;
-    }
-  }
-
-  void check_speed(const RobotMove& move, double way, double planned, const JobMove& twin, double job_s, const Place& place) {
-    const double feed = twin.feed_mm_s / 1000.0;
-    if (!move.marked) {
-      findings_.at_most(Rule::same_speed, std::abs(move.v - feed) / std::max(feed, 1e-9), 1e-3, place, "feed and speed differ");
-      return;
-    }
-    const double wanted = planned / std::max(job_s, 1e-9);
-    const double rounding = 2e-7 / std::max(way, 1e-7) + 3e-6 / std::max(planned * machine_.speeds.rotation_rad_per_m, 1e-6);
-    findings_.at_most(Rule::same_speed, std::max(0.0, std::abs(move.v - wanted) / wanted - rounding), 1e-3, place,
-                      "the speed of a rotation-limited move does not keep its duration");
-  }
-
-  // The way through a blend of turn phi is 2 r - R phi shorter.
-  [[nodiscard]] static double saved_seconds(const RobotPart& program, std::size_t i, double feed_mm_s) {
-    const RobotMove &from = program.moves[i - 1], &move = program.moves[i], &to = program.moves[i + 1];
-    const Vec3 in = move.pose.position_m - from.pose.position_m, out = to.pose.position_m - move.pose.position_m;
-    const double turn = std::atan2(in.cross(out).norm(), in.dot(out));
-    if (turn < 1e-6 || feed_mm_s <= 0.0) return 0.0;
-    const double radius = move.r / std::tan(0.5 * turn);
-    return std::max(0.0, 1000.0 * (2.0 * move.r - radius * turn) / feed_mm_s);
-  }
-
-  void check_gates(const BarrierPair& robot, const BarrierPair& job, Chain& chain) {
-    const Place place = job_place(job.line);
-    figures_.gates += job.gates.size();
-    const bool counted = machine_.link.kind == DuetLink::telnet;
-    if (robot.gates.size() != job.gates.size()) {
-      findings_.fail(Rule::gates, place, "other gates than in " + part(robot.part).file + ":" + std::to_string(robot.line));
-    }
-    for (std::size_t j = 0; j < job.gates.size(); ++j) {
-      const Place gate = job_place(job.gates[j].line);
-      if (!counted) findings_.expect(job.gates[j].number == static_cast<int>((j + 1) % 2), Rule::gates, gate, "levels of gates do not alternate from 1");
-      if (j >= robot.gates.size()) continue;
-      findings_.expect(robot.gates[j].number == job.gates[j].number, Rule::gates, gate, "the level of the gate differs from the script's");
-      const int ahead = j == 0 ? 0 : job.gates[j - 1].move;
-      findings_.expect(robot.gates[j].move == ahead, Rule::gates, gate, "the script does not set the gate one chunk ahead");
-    }
-    check_chunks(robot, job, chain, place);
-  }
-
-  void check_chunks(const BarrierPair& robot, const BarrierPair& job, const Chain& chain, const Place& place) {
-    std::vector<double> job_until(chain.moves + 1, 0.0), robot_until(chain.moves + 1, 0.0);
-    for (std::size_t k = 0; k < chain.moves; ++k) {
-      job_until[k + 1] = job_until[k] + chain.job_s[k];
-      robot_until[k + 1] = robot_until[k] + chain.robot_s[k] + chain.rest_s[k];
-    }
-    const auto bound = [&](std::size_t j) {
-      return j == 0 ? std::size_t{0} : j <= job.gates.size() ? static_cast<std::size_t>(job.gates[j - 1].move) : chain.moves;
-    };
-    const Link& link = machine_.link;
-    for (std::size_t j = 0; j <= job.gates.size(); ++j) {
-      const std::size_t begin = bound(j), end = bound(j + 1);
-      if (begin >= end) {
-        findings_.fail(Rule::gates, place, "a chunk without moves");
-        continue;
-      }
-      const double seconds = job_until[end] - job_until[begin], difference = std::abs(seconds - robot_until[end] + robot_until[begin]);
-      findings_.expect(static_cast<int>(end - begin) <= link.gate_moves, Rule::chunk_size, place, "more moves between two gates than link.gate_moves");
-      // A single move may be longer than a chunk only if it cannot be divided: none is.
-      findings_.at_most(Rule::chunk_size, seconds, link.gate_interval_s * 1.001 + 1e-3, place, "more seconds between two gates than link.gate_interval_s");
-      findings_.at_most(Rule::chunk_time, difference / std::max(0.05, 0.02 * seconds), 1.0, place, "a chunk takes the machines different times");
-      figures_.max_chunk_mismatch_s = std::max(figures_.max_chunk_mismatch_s, difference);
-    }
-    const double total = job_until.back(), difference = std::abs(total - robot_until.back());
-    findings_.at_most(Rule::chain_time, difference / std::max(0.05, 0.02 * total), 1.0, place, "a chain takes the machines different times");
-    figures_.max_chain_mismatch_s = std::max(figures_.max_chain_mismatch_s, difference);
-    // The arm stands where it sets gate j + 1: the board may run up to gate j + 2.
-    for (std::size_t j = 0; j < robot.gates.size() && j < job.gates.size(); ++j) {
-      const auto at = static_cast<std::size_t>(std::min<int>(robot.gates[j].move, static_cast<int>(chain.moves)));
-      const double ahead = job_until[bound(j + 2)] - job_until[std::min(at, bound(j + 2))];
-      findings_.at_most(Rule::overrun, ahead, 2.0 * link.gate_interval_s * 1.001 + 2e-3, place, "the extruder may run far ahead of the arm");
-    }
-  }
-
   Programs& programs_;
   const Machine& machine_;
   Findings& findings_;
   EmittedFigures& figures_;
+  Findings robot_findings_, job_findings_;
   std::vector<BarrierPair> robot_, job_;
+  std::vector<std::size_t> pair_of_chain_;
 };
-
-// ---- one clock
-
-// Values that a signal takes, by time.
-class Signal {
- public:
-  void set(double time, int value) { changes_.push_back({time, value}); }
-
-  // The first time from `time` on at which the signal holds; false when it does not yet. Calls come in order of time.
-  template <class Holds>
-  bool when(double& time, const Holds& holds) {
-    while (at_ + 1 < changes_.size() && changes_[at_ + 1].time <= time) ++at_;
-    if (holds(changes_[at_].value)) return true;
-    for (std::size_t k = at_ + 1; k < changes_.size(); ++k) {
-      if (!holds(changes_[k].value)) continue;
-      at_ = k;
-      time = changes_[k].time;
-      return true;
-    }
-    return false;
-  }
-
- private:
-  struct Change {
-    double time;
-    int value;
-  };
-  std::vector<Change> changes_ = {{-1.0, 0}};
-  std::size_t at_ = 0;
-};
-
-struct Wires {
-  Signal barrier, gate, acknowledge, part;
-  std::vector<double> gate_times;  // of all gates of all chains, when the arm set them
-};
-
-// The arm: runs until it waits for something that has not happened.
-class RobotProcess {
- public:
-  RobotProcess(const Programs& programs, const Machine& machine, Wires& wires) : programs_(programs), machine_(machine), wires_(wires) {
-    for (const Chain& chain : programs.chains) {
-      for (std::size_t k = 0; k < chain.moves; ++k) printing_.push_back(chain.robot_s[k]);
-    }
-    part_s_.resize(programs.parts.size());
-  }
-
-  // True when it did something.
-  bool run() {
-    const std::size_t before = steps_;
-    while (part_ < programs_.parts.size()) {
-      const RobotPart& part = programs_.parts[part_];
-      if (event_ == part.events.size()) {
-        part_s_[part_] = time_ - part_begin_;
-        part_begin_ = time_;
-        ++part_;
-        event_ = 0;
-        open_ = false;
-        continue;
-      }
-      if (!step(part, part.events[event_])) break;
-      ++event_;
-      ++steps_;
-    }
-    return steps_ != before;
-  }
-  [[nodiscard]] bool done() const { return part_ == programs_.parts.size(); }
-  [[nodiscard]] double time() const { return time_; }
-  [[nodiscard]] const std::vector<double>& part_s() const { return part_s_; }
-  [[nodiscard]] const std::string& too_late() const { return too_late_; }
-  [[nodiscard]] Place place() const {
-    if (done()) return {};
-    return {programs_.parts[part_].file, programs_.parts[part_].events[event_].line};
-  }
-
- private:
-  bool step(const RobotPart& part, const RobotEvent& event) {
-    const Link& link = machine_.link;
-    switch (event.kind) {
-      case RobotEvent::Kind::path:
-      case RobotEvent::Kind::barrier: return true;
-      case RobotEvent::Kind::sleep: time_ += event.seconds; return true;
-      case RobotEvent::Kind::move: time_ += seconds_of(part, static_cast<std::size_t>(event.number)); return true;
-      case RobotEvent::Kind::output:
-        if (event.number == link.robot_start_output) {
-          open_ = event.level;
-          wires_.barrier.set(time_, event.level);
-        } else if (event.number == link.robot_gate_output) {
-          wires_.gate.set(time_, event.level);
-          if (open_) wires_.gate_times.push_back(time_);
-        }
-        return true;
-      case RobotEvent::Kind::set_gate:
-        wires_.barrier.set(time_, event.number);
-        wires_.gate_times.push_back(time_);
-        return true;
-      case RobotEvent::Kind::wait: return wait(event, [&](int level) { return level == static_cast<int>(event.level); });
-      case RobotEvent::Kind::exchange:
-        if (!asked_) {
-          (event.number < 0 ? wires_.part : wires_.barrier).set(time_, std::abs(event.number));
-          asked_ = true;
-        }
-        if (!wait(event, [&](int answer) { return answer == event.number; })) return false;
-        asked_ = false;
-        return true;
-    }
-    return true;
-  }
-
-  template <class Holds>
-  bool wait(const RobotEvent& event, const Holds& holds) {
-    const double begin = time_;
-    if (!wires_.acknowledge.when(time_, holds)) return false;
-    if (time_ - begin > event.seconds && too_late_.empty()) {
-      too_late_ = programs_.parts[part_].file + ":" + std::to_string(event.line) + ": the answer comes after the timeout";
-    }
-    return true;
-  }
-
-  double seconds_of(const RobotPart& part, std::size_t i) {
-    const RobotMove& move = part.moves[i];
-    if (move.kind == RobotMove::Kind::process) return next_print_ < printing_.size() ? printing_[next_print_++] : 0.0;
-    if (i == 0) return 0.0;  // the arm stands there
-    const RobotMove& from = part.moves[i - 1];
-    if (move.kind == RobotMove::Kind::linear) {
-      const double way = planned_length_m(from.pose, move.pose, machine_.speeds.rotation_rad_per_m);
-      return way / std::max(move.v, 1e-9) + move.v / std::max(move.a, 1e-9);
-    }
-    double turn = 0.0;
-    for (std::size_t j = 0; j < 6; ++j) turn = std::max(turn, std::abs(move.reached[j] - from.reached[j]));
-    const double v = std::max(move.v, 1e-9), a = std::max(move.a, 1e-9);
-    return turn > v * v / a ? turn / v + v / a : 2.0 * std::sqrt(turn / a);
-  }
-
-  const Programs& programs_;
-  const Machine& machine_;
-  Wires& wires_;
-  std::vector<double> printing_;  // of all printing moves in order
-  std::vector<double> part_s_;
-  std::size_t next_print_ = 0, part_ = 0, event_ = 0, steps_ = 0;
-  double time_ = 0.0, part_begin_ = 0.0;
-  bool open_ = false, asked_ = false;
-  std::string too_late_;
-};
-
-// The board: reads ahead of what it moves, up to its queue.
-class BoardProcess {
- public:
-  BoardProcess(const Programs& programs, const Machine& machine, Wires& wires, double late_s)
-      : job_(programs.job), machine_(machine), wires_(wires), late_(late_s), seconds_(job_.moves.size(), -1.0) {
-    for (const Chain& chain : programs.chains) {
-      for (std::size_t k = 0; k < chain.moves; ++k) seconds_[chain.job_first + k] = chain.job_s[k];
-    }
-  }
-
-  bool run() {
-    const std::size_t before = event_;
-    while (event_ < job_.events.size() && step(job_.events[event_])) ++event_;
-    return event_ != before;
-  }
-  [[nodiscard]] bool done() const { return event_ == job_.events.size(); }
-  [[nodiscard]] double time() const { return std::max(time_, motion_); }
-  [[nodiscard]] std::size_t slips() const { return slips_; }
-  [[nodiscard]] int first_slip_line() const { return first_slip_; }
-  [[nodiscard]] int line() const { return done() ? 0 : job_.events[event_].line; }
-
- private:
-  bool step(const JobEvent& event) {
-    const Link& link = machine_.link;
-    switch (event.kind) {
-      case JobEvent::Kind::move: queue(static_cast<std::size_t>(event.number)); return true;
-      case JobEvent::Kind::stop: time_ = std::max(time_, motion_); return true;
-      case JobEvent::Kind::output:
-        wires_.acknowledge.set(std::max(time_, motion_), event.level);
-        if (event.level) time_ = std::max(time_, motion_) + late_;
-        return true;
-      case JobEvent::Kind::wait_input: {
-        const auto holds = [&](int level) { return level == static_cast<int>(event.level); };
-        if (event.number == link.duet_barrier_input) return wires_.barrier.when(time_, holds);
-        return wires_.gate.when(time_, holds) && pass_gate(event.line);
-      }
-      case JobEvent::Kind::wait_signal: {
-        const auto holds = [&](int signal) { return signal >= std::abs(event.number); };
-        if (event.number < 0) return wires_.part.when(time_, holds);
-        if (!wires_.barrier.when(time_, holds)) return false;
-        return event.level || pass_gate(event.line);
-      }
-      case JobEvent::Kind::answer:
-        wires_.acknowledge.set(std::max(time_, motion_), event.number);
-        time_ = std::max(time_, motion_) + late_;
-        return true;
-      default: return true;
-    }
-  }
-
-  // The n-th gate of the job must be passed while the arm's n-th stands: not before it, not after the next but one.
-  bool pass_gate(int line) {
-    const std::size_t n = gates_++;
-    const bool early = n >= wires_.gate_times.size() || wires_.gate_times[n] > time_ + 1e-9;
-    const bool late = machine_.link.kind == DuetLink::dio && n + 2 < wires_.gate_times.size() && wires_.gate_times[n + 2] <= time_ + 1e-9;
-    if (early || late) {
-      if (slips_++ == 0) first_slip_ = line;
-    }
-    return true;
-  }
-
-  void queue(std::size_t i) {
-    const JobMove& move = job_.moves[i];
-    double seconds = seconds_[i];
-    if (seconds < 0.0) {
-      const double way = move.has_xyz ? move.length_mm() : std::abs(move.e_mm);
-      seconds = move.feed_mm_s > 0.0 ? way / move.feed_mm_s : 0.0;
-    }
-    while (!ends_.empty() && ends_.front() <= time_) ends_.pop_front();
-    if (ends_.size() >= kQueuedMoves) {
-      time_ = ends_.front();
-      ends_.pop_front();
-    }
-    motion_ = std::max(motion_, time_) + seconds;
-    ends_.push_back(motion_);
-  }
-
-  const Job& job_;
-  const Machine& machine_;
-  Wires& wires_;
-  double late_;
-  std::vector<double> seconds_;  // of each move of a chain, else < 0
-  std::size_t event_ = 0, gates_ = 0, slips_ = 0;
-  int first_slip_ = 0;
-  double time_ = 0.0, motion_ = 0.0;
-  std::deque<double> ends_;
-};
-
-void simulate(Programs& programs, const Machine& machine, double late_s, Findings& findings, EmittedFigures& figures) {
-  Wires wires;
-  RobotProcess robot(programs, machine, wires);
-  BoardProcess board(programs, machine, wires, late_s);
-  while (true) {
-    const bool moved = robot.run();
-    if (!board.run() && !moved) break;
-  }
-  const Place place{programs.job.file, board.line()};
-  if (!robot.done() || !board.done()) {
-    findings.fail(Rule::deadlock, place, "both programs wait for each other; the script at " + std::string(robot.place().file) + ":" + std::to_string(robot.place().line));
-    return;
-  }
-  if (!robot.too_late().empty()) findings.fail(Rule::deadlock, {}, robot.too_late());
-  if (board.slips() > 0) {
-    findings.fail(Rule::deadlock, {programs.job.file, board.first_slip_line()}, "a gate is passed at the wrong time, " + std::to_string(board.slips()) + " in all");
-  }
-  if (late_s > 0.0) return;
-  programs.part_s = robot.part_s();
-  figures.simulated_s = std::max(robot.time(), board.time());
-  figures.header_s = static_cast<double>(programs.job.header.time_s);
-  const double error = std::abs(figures.simulated_s - figures.header_s) - 0.5;
-  findings.at_most(Rule::total_time, std::max(0.0, error) / std::max(1.0, figures.simulated_s), 0.01, {programs.job.file, 0}, "the time in the header is not what the print takes");
-}
 
 }  // namespace
 
-void check_sync(Programs& programs, const Machine& machine, Findings& findings, EmittedFigures& figures) {
-  SyncCheck(programs, machine, findings, figures).run();
-  simulate(programs, machine, 0.0, findings, figures);
-  simulate(programs, machine, kLate_s, findings, figures);
+void check_sync(Programs& programs, const Machine& machine, const RunContext& run, Findings& findings, EmittedFigures& figures) {
+  SyncCheck(programs, machine, findings, figures).run(run);
+  run_clocks(programs, machine, run, findings, figures);
+  for (Chain& chain : programs.chains) {
+    std::vector<float>().swap(chain.robot_s);
+    std::vector<float>().swap(chain.job_s);
+  }
+  std::vector<JobEvent>().swap(programs.job.events);
+  for (RobotPart& part : programs.parts) std::vector<RobotEvent>().swap(part.events);
 }
 
 }  // namespace curvesup::emitted

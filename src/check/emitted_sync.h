@@ -42,8 +42,7 @@ struct Chain {
   std::size_t robot_first = 0, job_first = 0, moves = 0;
   int path = -1, section = 0, sections = 0;
   int robot_comment = -1, job_comment = -1;
-  std::vector<double> robot_s, job_s;      // of each move, by the time model
-  std::vector<double> rest_s;              // of the arm behind each move
+  std::vector<float> robot_s, job_s;       // of each move, by the time model; gone when the clock has run
 };
 
 struct Programs {
@@ -53,8 +52,11 @@ struct Programs {
   std::vector<double> part_s;  // simulated
 };
 
-// Rules 34 to 38, sync_*; fills chains.
-void check_sync(Programs& programs, const Machine& machine, Findings& findings, EmittedFigures& figures);
+// Rules 34 to 38, sync_overrun; fills chains, and drops what only the clocks read.
+void check_sync(Programs& programs, const Machine& machine, const RunContext& run, Findings& findings, EmittedFigures& figures);
+
+// Runs both programs against each other on one clock, on time and with a slow board: sync_deadlock, total time; fills part_s.
+void run_clocks(Programs& programs, const Machine& machine, const RunContext& run, Findings& findings, EmittedFigures& figures);
 
 // The largest bead of a path.
 struct PathBead {
@@ -62,9 +64,26 @@ struct PathBead {
   double width_mm = 0.0;
 };
 
-// Rules 15, 19, 20, 30, 32 against toolpaths.vtp; the beads of its paths.
-std::vector<PathBead> check_paths(const Programs& programs, const std::filesystem::path& toolpaths_file, const Machine& machine, const RunContext& run,
-                 Findings& findings, EmittedFigures& figures);
+// toolpaths.vtp: where the nozzle's tip passes.
+struct SourcePaths {
+  std::vector<Vec3> tips;
+  std::vector<Eigen::Vector3f> normals;
+  std::vector<float> volume_mm3;
+  std::vector<int> first;  // of each path; one more at the end
+  std::vector<int> layer, group, material, kind;
+  std::vector<PathBead> beads;
+
+  [[nodiscard]] std::size_t count() const { return layer.size(); }
+  // Weighed between two points.
+  [[nodiscard]] Vec3 normal(std::size_t segment, double share) const {
+    return (1.0 - share) * normals[segment - 1].cast<double>() + share * normals[segment].cast<double>();
+  }
+};
+
+[[nodiscard]] SourcePaths read_source(const std::filesystem::path& toolpaths_file);
+
+// Rules 15, 19, 20, 30, 32 against toolpaths.vtp.
+void check_paths(const Programs& programs, SourcePaths source, const Machine& machine, const RunContext& run, Findings& findings, EmittedFigures& figures);
 
 // Rule 21: head and arm at poses along chains and travels, against platform and what is laid by then.
 void check_clearance(const Programs& programs, const std::vector<PathBead>& beads, const Machine& machine, const RunContext& run, Findings& findings);

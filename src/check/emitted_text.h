@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <string_view>
 
 // Reading numbers and lines of emitted text.
@@ -39,35 +40,38 @@ struct Number {
 // A number at `at`; moves `at` behind it. False when there is none.
 inline bool read_number(std::string_view text, std::size_t& at, Number& number) {
   static constexpr double kPowers[] = {1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
-  std::size_t i = at;
-  const bool negative = i < text.size() && text[i] == '-';
-  if (negative) ++i;
+  const char *const begin = text.data() + at, *const end = text.data() + text.size();
+  const char* p = begin;
+  const bool negative = p < end && *p == '-';
+  p += negative;
   std::uint64_t digits = 0;
-  int count = 0, decimals = 0;
-  const auto take = [&](int& counter) {
-    for (; i < text.size() && text[i] >= '0' && text[i] <= '9'; ++i, ++counter) {
-      if (count + decimals < 18) digits = digits * 10 + static_cast<std::uint64_t>(text[i] - '0');
+  int all = 0;
+  const auto take = [&] {
+    for (; p < end && static_cast<unsigned>(*p - '0') < 10u; ++p, ++all) {
+      if (all < 18) digits = digits * 10 + static_cast<std::uint64_t>(*p - '0');
     }
   };
-  take(count);
-  if (count == 0) return false;
-  if (i + 1 < text.size() && text[i] == '.' && text[i + 1] >= '0' && text[i + 1] <= '9') {
-    ++i;
-    take(decimals);
+  take();
+  if (all == 0) return false;
+  const int before_point = all;
+  if (end - p > 1 && *p == '.' && static_cast<unsigned>(p[1] - '0') < 10u) {
+    ++p;
+    take();
   }
+  const int decimals = all - before_point;
   number.decimals = decimals;
-  number.plain = count + decimals <= 18 && !(negative && digits == 0);
+  number.plain = all <= 18 && !(negative && digits == 0);
   number.value = static_cast<double>(digits) / kPowers[decimals < 18 ? decimals : 18];
   if (negative) number.value = -number.value;
-  if (i < text.size() && text[i] == '.') number.plain = false;
+  if (p < end && *p == '.') number.plain = false;
   // An exponent belongs to the number, but makes it one that is not plain. (A capital E is a word of its own in a job.)
-  if (i < text.size() && text[i] == 'e') {
+  if (p < end && *p == 'e') {
     number.plain = false;
-    ++i;
-    if (i < text.size() && (text[i] == '-' || text[i] == '+')) ++i;
-    while (i < text.size() && text[i] >= '0' && text[i] <= '9') ++i;
+    ++p;
+    if (p < end && (*p == '-' || *p == '+')) ++p;
+    while (p < end && static_cast<unsigned>(*p - '0') < 10u) ++p;
   }
-  at = i;
+  at += static_cast<std::size_t>(p - begin);
   return true;
 }
 
@@ -75,9 +79,30 @@ inline bool starts_with(std::string_view text, std::string_view start) { return 
 
 // Reads `literal` at `at`.
 inline bool read_literal(std::string_view text, std::size_t& at, std::string_view literal) {
-  if (text.substr(at, literal.size()) != literal) return false;
+  if (text.size() - at < literal.size() || std::memcmp(text.data() + at, literal.data(), literal.size()) != 0) return false;
   at += literal.size();
   return true;
+}
+// The same with a length that is known beforehand.
+template <std::size_t kSize>
+inline bool read_literal(std::string_view text, std::size_t& at, const char (&literal)[kSize]) {
+  if (text.size() - at < kSize - 1 || std::memcmp(text.data() + at, literal, kSize - 1) != 0) return false;
+  at += kSize - 1;
+  return true;
+}
+
+// All bytes are printable ASCII: eight at a time, none below a space, none from 127 on.
+inline bool is_printable(std::string_view line) {
+  constexpr std::uint64_t kOnes = 0x0101010101010101, kTops = 0x80 * kOnes;
+  std::uint64_t bad = 0;
+  std::size_t i = 0;
+  for (; i + 8 <= line.size(); i += 8) {
+    std::uint64_t bytes = 0;
+    std::memcpy(&bytes, line.data() + i, 8);
+    bad |= (bytes | (bytes + kOnes) | ((bytes - 0x20 * kOnes) & ~bytes)) & kTops;
+  }
+  for (; i < line.size(); ++i) bad |= line[i] < 0x20 || line[i] > 0x7e;
+  return bad == 0;
 }
 
 inline bool read_integer(std::string_view text, std::size_t& at, int& value) {

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "curvesup/core/error.h"
-#include "curvesup/io/text_file.h"
+#include "curvesup/io/file_reader.h"
 
 namespace curvesup {
 
@@ -294,19 +294,15 @@ namespace {
 
 using Attributes = std::map<std::string, std::string, std::less<>>;
 
-// The DataArrays of one file by section ("Points", "Lines", ...), and the counts of its one piece.
+// Where the DataArrays of one file lie, by section ("Points", "Lines", ...), and the counts of its one piece. Values are
+// read when they are asked for.
 class Reader {
  public:
-  Reader(const std::filesystem::path& path, const std::string& type) : path_(path.string()), bytes_(read_file(path)) {
-    constexpr std::string_view kAppended = "<AppendedData encoding=\"raw\">";
-    const std::size_t head_end = bytes_.find(kAppended);
-    if (head_end == std::string::npos) fail("has no raw appended data");
-    const std::size_t mark = bytes_.find_first_not_of(" \n", head_end + kAppended.size());
-    if (mark == std::string::npos || bytes_[mark] != '_') fail("appended data does not begin with '_'");
-    data_begin_ = mark + 1;
-    parse_head(std::string_view(bytes_).substr(0, head_end), type);
-    if (std::string_view(bytes_).substr(data_end_) != kTail)
-      fail("does not end after its last array; is it truncated?");
+  Reader(const std::filesystem::path& path, const std::string& type) : path_(path.string()), file_(path) {
+    parse_head(read_head(), type);
+    char tail[kTail.size() + 1];
+    const std::size_t rest = file_.read(data_end_, tail, sizeof tail);
+    if (std::string_view(tail, rest) != kTail) fail("does not end after its last array; is it truncated?");
   }
 
   [[nodiscard]] std::size_t count(const char* name) const {
@@ -316,26 +312,27 @@ class Reader {
     return value;
   }
 
-  [[nodiscard]] const VtkArray& array(const char* section, const char* name) const {
+  [[nodiscard]] VtkArray array(const char* section, const char* name) const {
     const auto found = sections_.find(section);
     if (found != sections_.end()) {
-      for (const VtkArray& a : found->second) {
-        if (a.name == name) return a;
+      for (const Placed& placed : found->second) {
+        if (placed.name == name) return read_array(placed);
       }
     }
     fail(std::string(section) + " has no array " + name);
   }
 
   template <class T>
-  [[nodiscard]] const std::vector<T>& values(const char* section, const char* name, std::size_t expected) const {
-    const auto* values = std::get_if<std::vector<T>>(&array(section, name).values);
+  [[nodiscard]] std::vector<T> values(const char* section, const char* name, std::size_t expected) const {
+    VtkArray found = array(section, name);
+    auto* values = std::get_if<std::vector<T>>(&found.values);
     if (!values) fail(std::string(section) + " " + name + " is not " + vtk_type<T>());
     if (values->size() != expected) fail(std::string(section) + " " + name + " has the wrong length");
-    return *values;
+    return std::move(*values);
   }
 
   [[nodiscard]] std::vector<Vec3> points() const {
-    const VtkArray& a = array("Points", "Points");
+    const VtkArray a = array("Points", "Points");
     const std::size_t n = count("NumberOfPoints");
     if (a.components != 3) fail("points must have three components");
     std::vector<Vec3> points(n);
@@ -351,8 +348,8 @@ class Reader {
   template <std::size_t N>
   [[nodiscard]] std::vector<std::array<Index, N>> simplices(const char* section, std::size_t n,
                                                             std::size_t points) const {
-    const auto& connectivity = values<Index>(section, "connectivity", N * n);
-    const auto& offsets = values<Index>(section, "offsets", n);
+    const auto connectivity = values<Index>(section, "connectivity", N * n);
+    const auto offsets = values<Index>(section, "offsets", n);
     for (std::size_t c = 0; c < n; ++c) {
       if (static_cast<std::size_t>(offsets[c]) != N * (c + 1))
         fail(std::string(section) + " holds cells of another kind");
@@ -364,14 +361,16 @@ class Reader {
   }
 
   [[nodiscard]] std::vector<VtkArray> data(const char* section, std::size_t n) const {
+    std::vector<VtkArray> arrays;
     const auto found = sections_.find(section);
-    if (found == sections_.end()) return {};
-    for (const VtkArray& a : found->second) {
+    if (found == sections_.end()) return arrays;
+    for (const Placed& placed : found->second) {
+      VtkArray& a = arrays.emplace_back(read_array(placed));
       const std::size_t size = std::visit([](const auto& v) { return v.size(); }, a.values);
       if (size != n * static_cast<std::size_t>(a.components))
         fail(std::string(section) + " " + a.name + " has the wrong length");
     }
-    return found->second;
+    return arrays;
   }
 
   [[nodiscard]] const std::string& path() const { return path_; }
@@ -421,6 +420,27 @@ class Reader {
     return result;
   }
 
+  // All before the arrays; data_begin_ is behind it.
+  [[nodiscard]] std::string read_head() {
+    constexpr std::string_view kAppended = "<AppendedData encoding=\"raw\">";
+    constexpr std::size_t kBlock = 1 << 14;
+    std::string head;
+    std::size_t head_end = std::string::npos, mark = std::string::npos;
+    for (std::size_t got = kBlock; got == kBlock && mark == std::string::npos;) {
+      const std::size_t before = head.size();
+      head.resize(before + kBlock);
+      got = file_.read(before, head.data() + before, kBlock);
+      head.resize(before + got);
+      if (head_end == std::string::npos) head_end = head.find(kAppended);
+      if (head_end != std::string::npos) mark = head.find_first_not_of(" \n", head_end + kAppended.size());
+    }
+    if (head_end == std::string::npos) fail("has no raw appended data");
+    if (mark == std::string::npos || head[mark] != '_') fail("appended data does not begin with '_'");
+    data_begin_ = data_end_ = mark + 1;
+    head.resize(head_end);
+    return head;
+  }
+
   void parse_head(std::string_view head, const std::string& type) {
     std::string section;
     bool seen_file = false;
@@ -441,7 +461,7 @@ class Reader {
         if (!piece_.empty()) fail("has more than one piece");
         piece_ = attributes(tag);
       } else if (name == "DataArray") {
-        sections_[section].push_back(read_array(attributes(tag)));
+        sections_[section].push_back(place_array(attributes(tag)));
       } else if (!name.starts_with('/') && !name.starts_with('?')) {
         section = name;
       }
@@ -449,49 +469,54 @@ class Reader {
     if (!seen_file || piece_.empty()) fail("is not a VTK XML file");
   }
 
-  [[nodiscard]] VtkArray read_array(const Attributes& attributes) {
-    VtkArray result;
+  // An array and where its bytes are.
+  struct Placed {
+    std::string name, type;
+    int components = 1;
+    std::uint64_t begin = 0, size = 0;
+  };
+
+  [[nodiscard]] Placed place_array(const Attributes& attributes) {
+    Placed result;
     result.name = at(attributes, "Name");
+    result.type = at(attributes, "type");
     std::size_t components = 0, offset = 0;
     if (at(attributes, "format") != "appended" || !whole_number(at(attributes, "offset"), offset) ||
         !whole_number(at(attributes, "NumberOfComponents"), components) || components < 1 || components > 1000) {
       fail("array " + result.name + " is not appended");
     }
     result.components = static_cast<int>(components);
-    const std::size_t available = bytes_.size() - data_begin_;
-    std::uint64_t size = 0;
+    const std::uint64_t available = file_.size() - data_begin_;
     if (available < 8 || offset > available - 8) fail("ends before array " + result.name);
-    std::memcpy(&size, bytes_.data() + data_begin_ + offset, 8);
-    if (size > available - 8 - offset) fail("ends inside array " + result.name);
-    const std::size_t begin = data_begin_ + offset + 8;
-    data_end_ = std::max(data_end_, begin + size);
-
-    const std::string& type = at(attributes, "type");
-    if (type == vtk_type<float>())
-      result.values = copy<float>(begin, size);
-    else if (type == vtk_type<double>())
-      result.values = copy<double>(begin, size);
-    else if (type == vtk_type<std::int32_t>())
-      result.values = copy<std::int32_t>(begin, size);
-    else if (type == vtk_type<std::uint8_t>())
-      result.values = copy<std::uint8_t>(begin, size);
-    else
-      fail("array " + result.name + " has type " + type);
+    if (file_.read(data_begin_ + offset, reinterpret_cast<char*>(&result.size), 8) != 8 || result.size > available - 8 - offset) {
+      fail("ends inside array " + result.name);
+    }
+    result.begin = data_begin_ + offset + 8;
+    data_end_ = std::max(data_end_, result.begin + result.size);
     return result;
   }
 
+  [[nodiscard]] VtkArray read_array(const Placed& placed) const {
+    if (placed.type == vtk_type<float>()) return {placed.name, placed.components, read<float>(placed)};
+    if (placed.type == vtk_type<double>()) return {placed.name, placed.components, read<double>(placed)};
+    if (placed.type == vtk_type<std::int32_t>()) return {placed.name, placed.components, read<std::int32_t>(placed)};
+    if (placed.type == vtk_type<std::uint8_t>()) return {placed.name, placed.components, read<std::uint8_t>(placed)};
+    fail("array " + placed.name + " has type " + placed.type);
+  }
+
   template <class T>
-  [[nodiscard]] std::vector<T> copy(std::size_t begin, std::size_t size) const {
-    if (size % sizeof(T) != 0) fail("an array ends inside a value");
-    std::vector<T> values(size / sizeof(T));
-    if (size > 0) std::memcpy(values.data(), bytes_.data() + begin, size);
+  [[nodiscard]] std::vector<T> read(const Placed& placed) const {
+    if (placed.size % sizeof(T) != 0) fail("an array ends inside a value");
+    std::vector<T> values(placed.size / sizeof(T));
+    if (file_.read(placed.begin, reinterpret_cast<char*>(values.data()), placed.size) != placed.size) fail("ends inside array " + placed.name);
     return values;
   }
 
-  std::string path_, bytes_;
-  std::size_t data_begin_ = 0, data_end_ = 0;
+  std::string path_;
+  FileReader file_;
+  std::uint64_t data_begin_ = 0, data_end_ = 0;
   Attributes piece_;
-  std::map<std::string, std::vector<VtkArray>, std::less<>> sections_;
+  std::map<std::string, std::vector<Placed>, std::less<>> sections_;
 };
 
 }  // namespace
@@ -520,7 +545,8 @@ VtkGrid read_vtu(const std::filesystem::path& path) {
   VtkGrid data;
   data.points = reader.points();
   data.tets = reader.simplices<4>("Cells", cells, data.points.size());
-  for (const std::uint8_t type : reader.values<std::uint8_t>("Cells", "types", cells)) {
+  const auto types = reader.values<std::uint8_t>("Cells", "types", cells);
+  for (const std::uint8_t type : types) {
     if (type != kVtkTetra) reader.fail("holds cells that are no tetrahedra");
   }
   data.point_data = reader.data("PointData", data.points.size());
