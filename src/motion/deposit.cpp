@@ -8,18 +8,20 @@ namespace {
 
 constexpr float kFloatError = 1e-3f;  // mm, of a centre in single precision
 constexpr float kMargin_mm = 2e-3f;   // of all that is worked out in single precision, for parts up to a metre
+constexpr float kRounded = 1e-3f;      // of the sine of an angle whose cosine is in single precision
 constexpr double kNoGap = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMostTogether = 32;  // poses of the head that are looked at together
 constexpr double kTogether_mm = 4.0, kTogether_rad = 0.15;
+constexpr std::size_t kFewNear = 256;  // samples that poses together look at; with more, each looks for its own
+constexpr double kTimeScale = 2.0;     // of the whole print over the part's longest side, for what lies together
 
-std::uint64_t spread(std::uint64_t value) {
-  value &= 0x1fffff;
-  value = (value | value << 32) & 0x1f00000000ffffULL;
-  value = (value | value << 16) & 0x1f0000ff0000ffULL;
-  value = (value | value << 8) & 0x100f00f00f00f00fULL;
-  value = (value | value << 4) & 0x10c30c30c30c30c3ULL;
-  value = (value | value << 2) & 0x1249249249249249ULL;
-  return value;
+// The bits of a number below 65536, three apart.
+std::uint64_t spread(double value) {
+  auto bits = static_cast<std::uint64_t>(value) & 0xffff;
+  bits = (bits | bits << 24) & 0x000000ff000000ffULL;
+  bits = (bits | bits << 12) & 0x000f000f000f000fULL;
+  bits = (bits | bits << 6) & 0x0303030303030303ULL;
+  return (bits | bits << 3) & 0x1111111111111111ULL;
 }
 
 double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
@@ -46,14 +48,17 @@ void Deposit::add_path(std::span<const PathPoint> points, std::span<const Vec3> 
   double top = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     top = std::max(top, tips[i].z());
+    const Vec3 across = 127.0 * points[i].normal;
     const bool laid = i > 0 && points[i].volume_mm3 > 0.0;
     if (!laid && i > 0) continue;
     const int pieces = laid ? std::max(1, static_cast<int>(std::ceil((tips[i] - tips[i - 1]).norm() / spacing_mm_))) : 1;
     for (int s = 1; s <= pieces; ++s) {
       const double t = static_cast<double>(s) / pieces;
       const Vec3 at = laid ? Vec3((1.0 - t) * tips[i - 1] + t * tips[i]) : tips[i];
-      loose_.push_back({static_cast<float>(at.x()), static_cast<float>(at.y()), static_cast<float>(at.z()),
-                          first + static_cast<Index>(i)});
+      loose_.push_back({{static_cast<float>(at.x()), static_cast<float>(at.y()), static_cast<float>(at.z()),
+                         first + static_cast<Index>(i)},
+                        {static_cast<std::int8_t>(across.x()), static_cast<std::int8_t>(across.y()),
+                         static_cast<std::int8_t>(across.z())}});
     }
   }
   own_top_.push_back(top);
@@ -104,73 +109,121 @@ Deposit::Leaf::Leaf() {
   point.fill(kNever);
 }
 
-void Deposit::build() {
-  samples_ = loose_.size();
-  if (loose_.empty()) return;
+// The loose samples along a Morton curve through space and time.
+std::vector<std::uint32_t> Deposit::together() const {
   Vec3 low = loose_[0].position(), high = low;
   for (const Sample& sample : loose_) {
     low = low.cwiseMin(sample.position());
     high = high.cwiseMax(sample.position());
   }
-  const double scale = 2097151.0 / std::max(1e-9, (high - low).maxCoeff());
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(samples_);
-  for (std::size_t i = 0; i < samples_; ++i) {
+  const double scale = 65535.0 / kTimeScale / std::max(1e-9, (high - low).maxCoeff());
+  const double per_point = 65535.0 / path_end_.back();
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(loose_.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
     const Vec3 cell = scale * (loose_[i].position() - low);
-    order[i] = {spread(static_cast<std::uint64_t>(cell.x())) | spread(static_cast<std::uint64_t>(cell.y())) << 1 |
-                    spread(static_cast<std::uint64_t>(cell.z())) << 2,
+    const double time = per_point * loose_[i].point;
+    order[i] = {spread(cell.x()) | spread(cell.y()) << 1 | spread(cell.z()) << 2 | spread(time) << 3,
                 static_cast<std::uint32_t>(i)};
   }
   std::sort(order.begin(), order.end());
+  std::vector<std::uint32_t> samples;
+  samples.reserve(order.size());
+  for (const auto& [key, sample] : order) samples.push_back(sample);
+  return samples;
+}
+
+void Deposit::build() {
+  samples_ = loose_.size();
+  if (loose_.empty()) return;
+  const std::vector<std::uint32_t> order = together();
   leaves_.assign((samples_ + Leaf::kSize - 1) / Leaf::kSize, {});
+  std::vector<Vec3f> normals(leaves_.size(), Vec3f::Zero());
   for (std::size_t i = 0; i < samples_; ++i) {
-    const Sample& sample = loose_[order[i].second];
+    const LooseSample& sample = loose_[order[i]];
     Leaf& leaf = leaves_[i / Leaf::kSize];
     const std::size_t at = i % Leaf::kSize;
     leaf.x[at / 4][at % 4] = sample.x;
     leaf.y[at / 4][at % 4] = sample.y;
     leaf.z[at / 4][at % 4] = sample.z;
     leaf.point[at] = sample.point;
+    normals[i / Leaf::kSize] += Vec3f(sample.normal[0], sample.normal[1], sample.normal[2]);
   }
-  std::vector<Sample>().swap(loose_);
-  build_quads();
+  std::vector<LooseSample>().swap(loose_);
+  build_quads(normals);
   find_earliest();
 }
 
-void Deposit::build_quads() {
+void Deposit::build_quads(std::span<const Vec3f> leaf_normals) {
   std::size_t width = 4, count = 1;  // of the last level; of quads
   while (width < leaves_.size()) {
     count += width;
     width *= 4;
   }
   quads_.assign(count, {});
-  using Corner = Eigen::Vector3f;
-  std::vector<std::pair<Corner, Corner>> boxes(count + width, {Corner::Constant(1e30f), Corner::Constant(-1e30f)});
+  struct Box {
+    Vec3f low = Vec3f::Constant(1e30f), high = Vec3f::Constant(-1e30f), normal = Vec3f::Zero();
+    [[nodiscard]] bool empty() const { return low.x() > high.x(); }
+    [[nodiscard]] Vec3f middle() const { return 0.5f * (low + high); }
+  };
+  std::vector<Box> boxes(count + width);
   for (std::size_t l = 0; l < leaves_.size(); ++l) {
-    auto& [low, high] = boxes[count + l];
+    Box& box = boxes[count + l];
     for (std::size_t i = 0; i < Leaf::kSize && leaves_[l].point[i] != kNever; ++i) {
-      const Sample sample = leaves_[l].at(i);
-      low = low.cwiseMin(Corner(sample.x, sample.y, sample.z));
-      high = high.cwiseMax(Corner(sample.x, sample.y, sample.z));
+      const Vec3f at = leaves_[l].at(i).position().cast<float>();
+      box.low = box.low.cwiseMin(at);
+      box.high = box.high.cwiseMax(at);
     }
+    box.normal = leaf_normals[l];
   }
+  const auto half_thickness = [&](std::size_t node, const Vec3f& middle, const Vec3f& normal) {
+    float most = 0.0f;
+    if (node >= count) {
+      const Leaf& leaf = leaves_[leaf_of(node)];
+      for (std::size_t i = 0; i < Leaf::kSize && leaf.point[i] != kNever; ++i) {
+        most = std::max(most, std::abs(normal.dot(leaf.at(i).position().cast<float>() - middle)));
+      }
+    } else {
+      const Four reach = quads_[node].reach(normal);
+      for (int j = 0; j < 4; ++j) {
+        const Box& box = boxes[4 * node + 1 + static_cast<std::size_t>(j)];
+        if (!box.empty()) most = std::max(most, std::abs(normal.dot(box.middle() - middle)) + reach[j]);
+      }
+    }
+    return most + kFloatError;
+  };
   for (std::size_t q = count; q-- > 0;) {
     for (int j = 0; j < 4; ++j) {
-      const auto& [low, high] = boxes[4 * q + 1 + static_cast<std::size_t>(j)];
-      if (low.x() > high.x()) continue;
-      boxes[q].first = boxes[q].first.cwiseMin(low);
-      boxes[q].second = boxes[q].second.cwiseMax(high);
-      const Corner centre = 0.5f * (low + high);
-      const Corner half = 0.5f * (high - low) + Corner::Constant(kFloatError);
+      const std::size_t child = 4 * q + 1 + static_cast<std::size_t>(j);
+      const Box& box = boxes[child];
+      if (box.empty()) continue;
+      boxes[q].low = boxes[q].low.cwiseMin(box.low);
+      boxes[q].high = boxes[q].high.cwiseMax(box.high);
+      boxes[q].normal += box.normal;
+      const Vec3f middle = box.middle(), half = 0.5f * (box.high - box.low) + Vec3f::Constant(kFloatError);
+      const Vec3f normal = box.normal.norm() > 0.0f ? Vec3f(box.normal.normalized()) : Vec3f(Vec3f::UnitZ());
       Quad& quad = quads_[q];
-      quad.x[j] = centre.x();
-      quad.y[j] = centre.y();
-      quad.z[j] = centre.z();
+      quad.x[j] = middle.x();
+      quad.y[j] = middle.y();
+      quad.z[j] = middle.z();
       quad.half_x[j] = half.x();
       quad.half_y[j] = half.y();
       quad.half_z[j] = half.z();
       quad.radius[j] = half.norm() + kFloatError;
+      quad.normal_x[j] = normal.x();
+      quad.normal_y[j] = normal.y();
+      quad.normal_z[j] = normal.z();
+      quad.half_thickness[j] = half_thickness(child, middle, normal);
     }
   }
+}
+
+Deposit::Four Deposit::Quad::reach(const Vec3f& direction) const {
+  const Vec3f level = direction.cwiseAbs();
+  const Four box = half_x * level.x() + half_y * level.y() + half_z * level.z();
+  const Four cosine = normal_x * direction.x() + normal_y * direction.y() + normal_z * direction.z();
+  // Rounding takes up to 7e-4 from the sine of a small angle.
+  const Four sine = (1.0f - cosine * cosine).max(0.0f).sqrt() + kRounded;
+  return box.min(half_thickness * cosine.abs() + radius * sine);
 }
 
 void Deposit::find_earliest() {
@@ -193,6 +246,7 @@ template <class Body, class Visit>
 bool Deposit::visit(Index before, const Body& body, const Visit& visit) const {
   if (quads_.empty()) return false;
   std::size_t stack[64];
+  float least[64];  // spare of each
   int depth = 0;
   stack[depth++] = 0;
   while (depth > 0) {
@@ -200,8 +254,17 @@ bool Deposit::visit(Index before, const Body& body, const Visit& visit) const {
     if (node < quads_.size()) {
       const Quad& quad = quads_[node];
       const Four spare = body.spare(quad);
-      for (std::size_t j = 4; j-- > 0;) {
-        if (quad.earliest[j] < before && spare[static_cast<int>(j)] < 0.0f) stack[depth++] = 4 * node + 1 + j;
+      const int first = depth;
+      for (int j = 0; j < 4; ++j) {
+        if (quad.earliest[static_cast<std::size_t>(j)] >= before || spare[j] >= 0.0f) continue;
+        // What lies deepest comes next.
+        int at = depth++;
+        for (; at > first && least[at - 1] < spare[j]; --at) {
+          stack[at] = stack[at - 1];
+          least[at] = least[at - 1];
+        }
+        stack[at] = 4 * node + 1 + static_cast<std::size_t>(j);
+        least[at] = spare[j];
       }
       continue;
     }
@@ -250,12 +313,11 @@ class Deposit::HeadBundle {
   }
 
   HeadBundle(const HeadShape& head, const double& clearance, std::span<const HeadPose> poses)
-      : HeadBundle(head, clearance, 0.5 * (poses.front().tip + poses.back().tip),
-                   (poses.front().axis + poses.back().axis).normalized(), poses) {}
+      : HeadBundle(head, clearance, mean(poses, &HeadPose::tip), mean(poses, &HeadPose::axis).normalized(), poses) {}
 
   [[nodiscard]] Four spare(const Quad& boxes) const {
     const View view(*this, boxes.x, boxes.y, boxes.z);
-    const Four along = boxes.half_x * level_.x() + boxes.half_y * level_.y() + boxes.half_z * level_.z();
+    const Four along = boxes.reach(axis_);
     // The distance from the hull's flank grows fastest along its normal; being convex, it is nowhere in the box less than
     // that slope says.
     const Four inverse = cosine_ / view.radius.max(kNearAxis);
@@ -276,7 +338,6 @@ class Deposit::HeadBundle {
   }
 
  private:
-  using Vec3f = Eigen::Vector3f;
   static constexpr float kNearAxis = 1.0f;    // mm, where a direction from the axis is not known well enough
   static constexpr float kRelative = 1e-4f;   // of such a direction
 
@@ -290,7 +351,6 @@ class Deposit::HeadBundle {
       : clearance_(clearance),
         tip_(tip.cast<float>()),
         axis_(axis.cast<float>()),
-        level_(axis_.cwiseAbs()),
         sine_axis_(head.hull_cosine() * head.hull_slope() * axis_),
         tip_radius_(head.tip_radius()),
         slope_(head.hull_slope()),
@@ -303,6 +363,11 @@ class Deposit::HeadBundle {
         swing_(1.05f * turn_),
         apart_(static_cast<float>(shift * (1.0 + 1.05 * turn)) + kMargin_mm) {}
 
+  static Vec3 mean(std::span<const HeadPose> poses, Vec3 HeadPose::* of) {
+    Vec3 sum = Vec3::Zero();
+    for (const HeadPose& pose : poses) sum += pose.*of;
+    return sum / static_cast<double>(poses.size());
+  }
   static double farthest_tip(std::span<const HeadPose> poses, const Vec3& tip) {
     double farthest = 0.0;
     for (const HeadPose& pose : poses) farthest = std::max(farthest, (pose.tip - tip).norm());
@@ -345,7 +410,7 @@ class Deposit::HeadBundle {
   }
 
   const double& clearance_;  // may shrink while a search goes on
-  Vec3f tip_, axis_, level_, sine_axis_;
+  Vec3f tip_, axis_, sine_axis_;
   float tip_radius_, slope_, cosine_, widest_, length_;
   float turn_, rise_, swing_, apart_;
 };
@@ -404,6 +469,28 @@ void Deposit::touches_head(const HeadShape& head, std::span<const HeadPose> pose
         touches[i] = 1;
         break;
       }
+    }
+  }
+}
+
+void Deposit::head_gaps(const HeadShape& head, std::span<const HeadPose> poses, double most,
+                        std::span<double> gaps) const {
+  std::vector<Sample> near;
+  const HeadBundle bundle(head, most, poses);
+  const bool many = visit(bundle.before, bundle, [&](const Sample& sample) {
+    near.push_back(sample);
+    return near.size() > kFewNear;
+  });
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const HeadPose& pose = poses[i];
+    gaps[i] = most;
+    if (many) {
+      gaps[i] = head_gap(head, pose.tip, pose.axis, pose.free_height, most, pose.before);
+      continue;
+    }
+    const HeadView view{head, pose.tip, pose.axis, pose.free_height};
+    for (const Sample& sample : near) {
+      if (sample.point < pose.before) gaps[i] = std::min(gaps[i], view.distance(sample.position(), gaps[i]));
     }
   }
 }

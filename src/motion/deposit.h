@@ -22,7 +22,8 @@ struct Contact {
 
 // Everything that the toolpaths will lay, as samples of the beads' upper faces, each with the toolpath point that lays
 // it. A query names how much of it is printed already: "before point p" is what lies there when point p is reached. One
-// hierarchy serves all moments, since every node knows the earliest point below it.
+// hierarchy serves all moments, since every node knows the earliest point below it, and what is laid together lies
+// together: a node is a patch of one layer, or of a few.
 class Deposit {
  public:
   Deposit() = default;
@@ -52,6 +53,8 @@ class Deposit {
   };
   void touches_head(const HeadShape& head, std::span<const HeadPose> poses, double clearance,
                     std::span<char> touches) const;
+  // head_gap() for poses that are all near each other.
+  void head_gaps(const HeadShape& head, std::span<const HeadPose> poses, double most, std::span<double> gaps) const;
   // The same for a capsule from a to b.
   [[nodiscard]] bool touches_capsule(const Vec3& a, const Vec3& b, double radius, double clearance, Index before,
                                      Contact* contact = nullptr) const;
@@ -68,13 +71,21 @@ class Deposit {
     Index point;
     [[nodiscard]] Vec3 position() const { return {x, y, z}; }
   };
+  // Before it is built in, with the direction across its layer in steps of 1/127.
+  struct LooseSample : Sample {
+    std::array<std::int8_t, 3> normal;
+  };
   using Four = Eigen::Array4f;
+  using Vec3f = Eigen::Vector3f;
   static constexpr Index kNever = std::numeric_limits<Index>::max();
-  // Four boxes, the spheres around them, and the earliest points in them.
+  // Four boxes, the spheres around them, the slabs across their layers that hold what is in them, and the earliest points.
   struct Quad {
     Four x = Four::Zero(), y = Four::Zero(), z = Four::Zero();
     Four half_x = Four::Zero(), half_y = Four::Zero(), half_z = Four::Zero(), radius = Four::Zero();
+    Four normal_x = Four::Zero(), normal_y = Four::Zero(), normal_z = Four::Zero(), half_thickness = Four::Zero();
     std::array<Index, 4> earliest = {kNever, kNever, kNever, kNever};
+    // How far what is in them reaches from their middles in a direction, a unit vector.
+    [[nodiscard]] Four reach(const Vec3f& direction) const;
   };
   // Samples next to each other; what is left over has the point kNever.
   struct Leaf {
@@ -89,7 +100,8 @@ class Deposit {
   class Capsule;
 
   void build();
-  void build_quads();
+  [[nodiscard]] std::vector<std::uint32_t> together() const;
+  void build_quads(std::span<const Vec3f> leaf_normals);
   void find_earliest();
   void find_tops();
   // The children of quad q are the quads 4 q + 1 ...; those behind the last quad are the leaves.
@@ -98,10 +110,10 @@ class Deposit {
   template <class Body, class Visit>
   bool visit(Index before, const Body& body, const Visit& visit) const;
 
-  std::vector<Sample> loose_;  // until they are built into the hierarchy
+  std::vector<LooseSample> loose_;  // until they are built into the hierarchy
   std::size_t samples_ = 0;
   std::vector<Quad> quads_;    // a complete tree of four children each over the leaves
-  std::vector<Leaf> leaves_;   // in Morton order
+  std::vector<Leaf> leaves_;
   double spacing_mm_ = 1.0;
   std::vector<double> own_top_;  // per path: highest z
   std::vector<double> top_;      // per path: of this and all earlier paths

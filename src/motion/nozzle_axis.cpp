@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <numeric>
 
 namespace curvesup {
 namespace {
@@ -13,6 +15,7 @@ constexpr double kKeyTurn = 0.12;    // rad of axis turn between them
 constexpr int kAzimuths = 8;
 constexpr double kLevelStep = 7.5 * kPi / 180.0;
 constexpr int kFiner = 3;   // where the coarse directions have left a contact
+constexpr double kAlike = 15.0 * kPi / 180.0;
 constexpr int kWindow = 4;  // keys around a fault that may tilt, times the number of levels over 4
 constexpr double kFaultCost = 1e6;
 constexpr double kBetween = 0.1;    // of the cost at a point, half way to its neighbour
@@ -45,6 +48,7 @@ class TiltPlanner {
       azimuths_ *= kFiner;
     }
     states_ = 1 + levels_ * azimuths_;
+    alike_ = alike_states();
   }
 
   std::vector<AxisFault> run() {
@@ -87,24 +91,42 @@ class TiltPlanner {
     return false;
   }
 
-  double tight_cost(std::size_t i, const Vec3& tip, const Vec3& axis) const {
+  double tight_cost(double gap) const {
     const double wanted = cell_.machine().tolerances.clearance_mm;
-    const double gap = deposit_.head_gap(cell_.head(), tip, axis, free_height(points_[i]), wanted, before_[i]);
     if (gap < 0.0) return kFaultCost * (1.0 - gap);
     return gap < wanted ? kTightCost * (1.0 - gap / wanted) : 0.0;
   }
 
-  // What it costs to lack clearance, or reach, there.
-  double lack_cost(std::size_t key, const Vec3& axis) {
-    const std::size_t i = keys_[key];
-    double cost = 0.0;
+  // What it costs to lack clearance, or reach, at a key with each of some axes.
+  void add_lack_costs(std::size_t key, std::span<const Vec3> axes, std::span<double> costs) {
     if (options_.avoid_collisions) {
-      if (!cell_.head_above_table(tips_[i], axis)) return 2.0 * kFaultCost;
-      cost = tight_cost(i, tips_[i], axis);
-      if (between_ && i > 0) cost += kBetween * tight_cost(i, 0.5 * (tips_[i - 1] + tips_[i]), axis);
-      if (between_ && i + 1 < tips_.size()) cost += kBetween * tight_cost(i, 0.5 * (tips_[i] + tips_[i + 1]), axis);
+      for (const std::vector<int>& states : alike_) add_tight_costs(key, states, axes, costs);
     }
-    return reachable(cell_, tips_[i], axis, options_.yaw_samples, hint_) ? cost : 2.0 * kFaultCost;
+    const Vec3& tip = tips_[keys_[key]];
+    for (std::size_t s = 0; s < axes.size(); ++s) {
+      const bool taken = (!options_.avoid_collisions || cell_.head_above_table(tip, axes[s])) &&
+                         reachable(cell_, tip, axes[s], options_.yaw_samples, hint_);
+      if (!taken) costs[s] = 2.0 * kFaultCost;
+    }
+  }
+
+  void add_tight_costs(std::size_t key, const std::vector<int>& states, std::span<const Vec3> axes,
+                       std::span<double> costs) const {
+    const std::size_t i = keys_[key];
+    const double free = free_height(points_[i]);
+    std::vector<Deposit::HeadPose> poses;
+    const auto add_poses = [&](const Vec3& tip) {
+      for (const int s : states) poses.push_back({tip, axes[static_cast<std::size_t>(s)], free, before_[i]});
+    };
+    add_poses(tips_[i]);
+    if (between_ && i > 0) add_poses(0.5 * (tips_[i - 1] + tips_[i]));
+    if (between_ && i + 1 < tips_.size()) add_poses(0.5 * (tips_[i] + tips_[i + 1]));
+    std::vector<double> gaps(poses.size());
+    deposit_.head_gaps(cell_.head(), poses, cell_.machine().tolerances.clearance_mm, gaps);
+    for (std::size_t p = 0; p < poses.size(); ++p) {
+      const auto state = static_cast<std::size_t>(states[p % states.size()]);
+      costs[state] += (p < states.size() ? 1.0 : kBetween) * tight_cost(gaps[p]);
+    }
   }
 
   // Runs of keys around those that are not free as they stand.
@@ -144,39 +166,76 @@ class TiltPlanner {
     return length;
   }
 
+  // States whose axes are near each other, about kAlike apart.
+  std::vector<std::vector<int>> alike_states() const {
+    const int levels = std::max(1, static_cast<int>(kAlike / kLevelStep * (between_ ? kFiner : 1)));
+    const int azimuths = std::max(1, azimuths_ / kAzimuths);
+    const int bands = (levels_ + levels - 1) / levels, sectors = (azimuths_ + azimuths - 1) / azimuths;
+    std::vector<std::vector<int>> groups(1 + static_cast<std::size_t>(bands * sectors));
+    groups[0] = {0};
+    for (int s = 1; s < states_; ++s) {
+      const int band = (s - 1) / azimuths_ / levels, sector = (s - 1) % azimuths_ / azimuths;
+      groups[1 + static_cast<std::size_t>(band * sectors + sector)].push_back(s);
+    }
+    return groups;
+  }
+
   void plan_window(std::size_t begin, std::size_t end) {
-    const std::size_t count = end - begin;
-    std::vector<Vec3> axis(count * states_);
-    std::vector<double> cost(count * states_);
-    std::vector<int> parent(count * states_, 0);
-    const double rate = cell_.machine().tolerances.max_tilt_rate_deg_mm * kPi / 180.0;
+    const std::size_t count = end - begin, states = static_cast<std::size_t>(states_);
+    std::vector<Vec3> axis(count * states);
+    std::vector<double> cost(count * states);
+    std::vector<int> parent(count * states, 0);
     for (std::size_t k = 0; k < count; ++k) {
-      const double length = begin + k > 0 ? std::max(0.1, spacing(begin + k)) : kKeySpacing;
-      for (int s = 0; s < states_; ++s) {
-        const std::size_t slot = k * states_ + s;
-        axis[slot] = candidate(begin + k, s);
-        const double deviation = angle_between(axis[slot], points_[keys_[begin + k]].normal);
-        const double own = deviation * deviation * length + lack_cost(begin + k, axis[slot]);
-        double best = k == 0 ? 0.0 : 1e300;
-        for (int from = 0; k > 0 && from < states_; ++from) {
-          const std::size_t before = slot - s - states_ + from;
-          const double turn = angle_between(axis[before], axis[slot]);
-          const double natural = angle_between(axes_[keys_[begin + k - 1]], axes_[keys_[begin + k]]);
-          const double excess = std::max(0.0, turn - std::max(natural, rate * length));
-          const double step = cost[before] + 0.5 * turn * turn / length + 100.0 * excess;
-          if (step < best) {
-            best = step;
-            parent[slot] = from;
-          }
-        }
-        cost[slot] = best + own;
+      const std::size_t key = begin + k, row = k * states;
+      const double length = key > 0 ? std::max(0.1, spacing(key)) : kKeySpacing;
+      const std::span<Vec3> axes = std::span(axis).subspan(row, states);
+      std::vector<double> own(states, 0.0);
+      for (std::size_t s = 0; s < states; ++s) axes[s] = candidate(key, static_cast<int>(s));
+      add_lack_costs(key, axes, own);
+      for (std::size_t s = 0; s < states; ++s) {
+        const double deviation = angle_between(axes[s], points_[keys_[key]].normal);
+        cost[row + s] = deviation * deviation * length + own[s];
       }
+      if (k == 0) continue;
+      const auto both = [&](auto& values) { return std::span(values).subspan(row - states, 2 * states); };
+      add_way_costs(key, length, both(axis), both(cost), std::span(parent).subspan(row, states));
     }
     int state = static_cast<int>(std::min_element(cost.end() - states_, cost.end()) - (cost.end() - states_));
     offsets_.resize(keys_.size(), Vec3::Zero());
     for (std::size_t k = count; k-- > 0;) {
-      offsets_[begin + k] = axis[k * states_ + state] - axes_[keys_[begin + k]];
-      state = parent[k * states_ + state];
+      offsets_[begin + k] = axis[k * states + static_cast<std::size_t>(state)] - axes_[keys_[begin + k]];
+      state = parent[k * states + static_cast<std::size_t>(state)];
+    }
+  }
+
+  // Adds what it costs at least to come to each state of a key from those of the key before; `axis` and `cost` hold the
+  // states of both, `parent` gets the one to come from: the first of the cheapest.
+  void add_way_costs(std::size_t key, double length, std::span<const Vec3> axis, std::span<double> cost,
+                     std::span<int> parent) const {
+    const std::size_t states = parent.size();
+    const auto cost_of = [&](int state) { return cost[static_cast<std::size_t>(state)]; };
+    const double rate = cell_.machine().tolerances.max_tilt_rate_deg_mm * kPi / 180.0;
+    const double free_turn = std::max(angle_between(axes_[keys_[key - 1]], axes_[keys_[key]]), rate * length);
+    const auto way_cost = [&](double so_far, double turn) {
+      return so_far + 0.5 * turn * turn / length + 100.0 * std::max(0.0, turn - free_turn);
+    };
+    std::vector<int> cheapest(states);
+    std::iota(cheapest.begin(), cheapest.end(), 0);
+    std::stable_sort(cheapest.begin(), cheapest.end(), [&](int a, int b) { return cost_of(a) < cost_of(b); });
+    for (std::size_t s = 0; s < states; ++s) {
+      double best = std::numeric_limits<double>::infinity();
+      for (const int from : cheapest) {
+        const double so_far = cost_of(from);
+        if (so_far > best) break;
+        const Vec3 &before = axis[static_cast<std::size_t>(from)], &behind = axis[states + s];
+        // A turn is never less than its chord.
+        if (way_cost(so_far, (1.0 - 1e-9) * (behind - before).norm()) > best) continue;
+        const double way = way_cost(so_far, angle_between(before, behind));
+        if (way > best || (way == best && from > parent[s])) continue;
+        best = way;
+        parent[s] = from;
+      }
+      cost[states + s] += best;
     }
   }
 
@@ -226,6 +285,7 @@ class TiltPlanner {
   std::vector<Vec3> offsets_;
   std::size_t window_ = 0;
   int levels_ = 0, azimuths_ = kAzimuths, states_ = 1;
+  std::vector<std::vector<int>> alike_;
   ReachHint hint_;
 };
 

@@ -137,6 +137,64 @@ TEST(Deposit, PosesTogetherTouchAsEachByItself) {
   EXPECT_LT(touching, of * 9 / 10);
 }
 
+// Steep bowls of lines upon each other, with a spike here and there; normals lean off by much on every third line.
+Scene bowl_scene() {
+  Scene scene;
+  std::mt19937 random(17);
+  for (int layer = 0; layer < 12; ++layer) {
+    for (int line = -10; line <= 10; ++line) {
+      std::vector<Vec3> positions, normals;
+      for (int i = -20; i <= 20; ++i) {
+        const double x = 0.5 * i, y = 0.8 * line, spike = random() % 12 == 0 ? 1.0 : 0.0;
+        positions.push_back(Vec3(x, y, 0.3 * layer + 0.8 * x + 0.02 * (x * x + y * y) + spike));
+        normals.push_back(Vec3(-0.8 - 0.04 * x + (line % 3 == 0 ? 1.5 : 0.0), -0.04 * y, 1.0).normalized());
+      }
+      shapes::add_path(scene.toolpaths, positions, normals, layer);
+    }
+  }
+  for (const PathPoint& point : scene.toolpaths.points)
+    scene.tips.push_back(point.position + point.tip_offset_mm * point.normal);
+  scene.deposit = Deposit(scene.toolpaths.paths, scene.toolpaths.points, scene.tips, 1e6);
+  return scene;
+}
+
+// Poses that touch little, some, and more than is looked at together: gaps are those of every sample by itself.
+TEST(Deposit, GapsOfPosesTogetherMatchBruteForce) {
+  const Scene scene = bowl_scene();
+  const HeadShape head{Tool{}};
+  std::mt19937 random(13);
+  std::uniform_real_distribution<double> tilt(-0.1, 0.1), shift(-0.5, 0.5), lower(0.0, 1.5), lean(-0.6, 0.6);
+  int far = 0, tight = 0, inside = 0;
+  for (int trial = 0; trial < 150; ++trial) {
+    const std::size_t at = random() % scene.tips.size();
+    const Vec3 axis = (scene.toolpaths.points[at].normal + Vec3(lean(random), lean(random), 0.0)).normalized();
+    std::vector<Deposit::HeadPose> poses;
+    for (int i = 0; i < 12; ++i) {
+      const Vec3 tip = scene.tips[at] + Vec3(shift(random), shift(random), trial % 3 == 0 ? -lower(random) : 0.0);
+      poses.push_back({tip, (axis + Vec3(tilt(random), tilt(random), 0.0)).normalized(), 0.3,
+                       static_cast<Index>(i % 3 == 0 ? random() % (at + 1) : at)});
+    }
+    std::vector<double> gaps(poses.size());
+    scene.deposit.head_gaps(head, poses, 0.4, gaps);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const Deposit::HeadPose& pose = poses[i];
+      double expected = 0.4;
+      for (std::size_t s = 0; s < static_cast<std::size_t>(pose.before); ++s) {
+        // Samples have single precision; so that none is on the other side of the free height for it.
+        const Vec3 sample = scene.tips[s].cast<float>().cast<double>();
+        if ((sample - pose.tip).dot(pose.axis) <= pose.free_height) continue;
+        expected = std::min(expected, head.distance(sample, pose.tip, pose.axis));
+      }
+      ASSERT_NEAR(gaps[i], expected, 1e-9) << trial << " " << i;
+      EXPECT_NEAR(scene.deposit.head_gap(head, pose.tip, pose.axis, pose.free_height, 0.4, pose.before), expected, 1e-9);
+      ++(expected >= 0.4 ? far : expected >= 0.0 ? tight : inside);
+    }
+  }
+  EXPECT_GT(far, 100);
+  EXPECT_GT(tight, 10);
+  EXPECT_GT(inside, 100);
+}
+
 TEST(Deposit, CapsuleContactMatchesBruteForce) {
   const Scene scene = random_scene();
   std::mt19937 random(9);
