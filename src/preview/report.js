@@ -155,6 +155,7 @@ window.curvesupReport = (function () {
     if (typeof value === 'boolean') return value ? 'yes' : 'no';
     if (Array.isArray(value)) return `(${value.map((v) => unit('', v, tools)).join(', ')})`;
     if (typeof value !== 'number') return typeof value === 'string' ? value : JSON.stringify(value);
+    if (/(^|_)(tet|face|path|layer)$/.test(key)) return String(value);  // which one, not how many
     if (/_fraction$/.test(key)) return `${(100 * value).toFixed(2)} %`;
     const [, name, many, larger] = kUnits.find(([end]) => key.endsWith(end)) || [];
     if (name) return many && Math.abs(value) >= many ? `${tools.short(value / many)} ${larger}` : `${tools.short(value)} ${name}`;
@@ -222,7 +223,7 @@ window.curvesupReport = (function () {
       const extra = !scene.inspect && kMeaning[check.name] && check.detail ? el('details', {open: !check.ok}, el('summary', {}, check.ok ? 'how it was measured' : 'what was measured'), check.detail) : null;
       table.append(el('tr', {},
         el('td', {}, el('span', {class: `pill ${check.severity === 'note' ? 'note-back' : check.severity === 'mended' ? 'mended-back' : check.ok ? 'good-back' : 'bad-back'}`}, scene.inspect ? check.severity : check.ok ? 'passed' : 'failed')),
-        nameCell(check.name, tools), el('td', {class: 'number'}, short(check.value)), el('td', {class: 'number'}, limitText(check, short)),
+        nameCell(check.name, tools), el('td', {class: 'number'}, short(check.value)), el('td', {class: 'number'}, check.severity === 'note' || check.severity === 'mended' ? 'any' : limitText(check, short)),
         el('td', {class: 'meaning'}, text, extra)));
     }
     return table;

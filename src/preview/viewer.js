@@ -680,12 +680,14 @@
     geometry.setAttribute('time', new THREE.BufferAttribute(time, 1));
     geometry.setAttribute('layer', new THREE.BufferAttribute(layer, 1));
     const lines = add(new THREE.LineSegments(geometry, material(
-      `attribute vec3 position; attribute float time, layer; uniform float uTime; uniform vec2 uLayers;
-       void main() { if (time > uTime || layer < uLayers.x - 0.5 || layer > uLayers.y + 0.5) nowhere(); else place(position); }`,
-      'uniform vec3 uColour; void main() { section(); gl_FragColor = vec4(uColour, 1.0); }', {uniforms: {uColour: {value: rgb(kTravel)}}})));
+      `attribute vec3 position; attribute float time, layer; uniform float uTime, uSince; uniform vec2 uLayers;
+       void main() { if (time > uTime || time < uSince || layer < uLayers.x - 0.5 || layer > uLayers.y + 0.5) nowhere(); else place(position); }`,
+      'uniform vec3 uColour; void main() { section(); gl_FragColor = vec4(uColour, 1.0); }', {uniforms: {uColour: {value: rgb(kTravel)}, uSince: {value: -1}}})));
     lines.detail = detailed(geometry, (level) => fewChains(counts, kSegments[level]));
     return {lines, points, times, counts, first};
   }
+  // While the print goes on only its latest moves are shown: all of them would hide it.
+  const recentTravel = paths ? paths.end_s / 50 : 0;
   const travels = present('travel_points') ? lazily({}, ['lines', 'points', 'times', 'counts', 'first'], makeTravels) : null;
 
   // ---------------------------------------------------------------- nozzle
@@ -990,6 +992,7 @@
     if (travels && (show.travel || travels.made)) {
       set(travels.lines, show.travel);
       if (show.travel) travels.lines.detail(level);
+      travels.lines.material.uniforms.uSince.value = state.time < paths.end_s ? state.time - recentTravel : -1;
     }
     uniforms.uTime.value = state.time >= (paths ? paths.end_s : 0) ? 1e30 : state.time;
     uniforms.uLayers.value.set(from, to);
@@ -1339,7 +1342,7 @@
     if (s.overhang && parts.overhang) swatch(kOverhang, 'overhang: would sag without support');
     if (scene.inspect && (parts.bad || parts.bad_lines)) swatch(kOverhang, 'bad elements');
     if (s.marks && parts.marks) swatch(kMark, scene.inspect ? 'places of problems' : 'failed checks');
-    if (s.travel && travels) swatch(kTravel, 'travel');
+    if (s.travel && travels) swatch(kTravel, state.time < paths.end_s ? `travel of the last ${clockText(recentTravel)}` : 'travel');
     if (nozzle && nozzle.visible) swatch(kNozzle, 'nozzle');
     if (s.skeleton && skeleton) scale('branches carried (logarithmic)', '1', String(skeleton.most));
     if (byPath) {

@@ -75,6 +75,25 @@ def check_screenshot(browser, shown):
     expect(abs(share(picture, blue) - share(shown, blue)) < 0.01, "the saved picture shows something else")
 
 
+def check_travel(browser):
+    """Travel moves are drawn; while the print goes on only the latest of them, and the legend says so."""
+    def shown(time):
+        browser.run("document.getElementById('preset-paths').click()")
+        browser.slide("#time", time)
+        browser.run("for (const m of ['model', 'support']) document.getElementById(`show-${m}_paths`).click()")  # they hide short moves
+        without = canvas(browser)
+        browser.run("document.getElementById('show-travel').click()")
+        picture, legend = canvas(browser), browser.run("return document.getElementById('legend').textContent")
+        browser.run("document.getElementById('show-travel').click()")
+        return different_pixels(without, picture), legend
+
+    (recent, during), (every, after) = shown(0.95), shown(1)
+    expect(every > 2e-4, f"travel moves cover {every:.6f} of the picture")
+    expect(recent < 0.5 * every, f"travel moves cover {recent:.6f} of the picture during the print and {every:.6f} after it")
+    expect("travel of the last" in during and "travel" in after and "last" not in after, f"the legend says of travel moves: {during}, {after}")
+    browser.run("document.getElementById('preset-paths').click()")
+
+
 def check_print(browser):
     browser.run("document.getElementById('preset-paths').click()")
     whole = canvas(browser)
@@ -86,6 +105,7 @@ def check_print(browser):
     browser.run("document.getElementById('play').click()")
     browser.wait(f"window.curvesup.state.time > {before}")
     browser.run("document.getElementById('play').click()")
+    check_travel(browser)
     browser.slide("#time", 1)
     browser.run("const c = document.getElementById('colour'); c.value = 'order'; c.dispatchEvent(new Event('change'))")
     expect(different_pixels(whole, canvas(browser)) > 0.005, "another colouring changes nothing")
@@ -176,7 +196,7 @@ def check_frames(browser):
     """A machine that needs too long for a frame gets less to draw until 30 frames a second hold, and no less than that. The
     page's clock is replaced, so the machine that runs the test does not matter."""
     browser.settle()
-    slow, fast = browser.run("""
+    slow, fast, crawl = browser.run("""
         const now = performance.now, ask = window.requestAnimationFrame, canvas = document.getElementById('canvas');
         let clock = performance.now() + 1e4, waiting = null;
         performance.now = () => clock;
@@ -194,13 +214,15 @@ def check_frames(browser):
         };
         window.curvesup.state.quality = 0;
         const slow = drive(24, [140, 90, 60, 25, 8]), fast = drive(80, [4, 4, 4, 4, 4]);
+        const crawl = drive(60, [400, 300, 200, 100, 60, 20]);
         clock += 1e4;
         for (let i = 0; i < 50 && !window.curvesup.still(); ++i) waiting(clock += 16);
         performance.now = now;
         window.requestAnimationFrame = ask;
-        return [slow, fast];""")
+        return [slow, fast, crawl];""")
     expect(slow[0] == 0 and slow[12] == 3, f"after twelve slow frames the detail is at level {slow[12]}")
     expect(all(level == 3 for level in slow[12:]), f"the detail does not stay where 30 frames a second hold: {slow[12:]}")
+    expect(crawl[-1] == 5, f"on a very slow machine the detail stays at level {crawl[-1]}")
     expect(fast[-1] < 3, "fast frames do not raise the detail again")
     browser.run("document.getElementById('home').click()")
     browser.settle()
