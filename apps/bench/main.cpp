@@ -74,8 +74,8 @@ void time_writing(benchmark::State& bench, const std::string& model) {
     auto state = std::make_unique<SliceState>(before);
     OutputFolder folder(out);  // never committed: nothing stays
     bench.ResumeTiming();
-    write_artifacts(folder, *state, two_threads());
-    write_pictures(folder, *state, {{"program", {}}}, two_threads());
+    const std::vector<Plot> plots = write_artifacts(folder, *state, two_threads());
+    write_pictures(folder, *state, plots, {{"program", {}}}, two_threads());
     bench.PauseTiming();
     state.reset();
     bench.ResumeTiming();

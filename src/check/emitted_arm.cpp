@@ -14,28 +14,26 @@ constexpr double kTextRounding = 1e-5;      // m, rad: of a pose that six rounde
 constexpr double kJointRounding = 4e-6;     // rad: two poses of seven and six decimals
 constexpr double kSubstep_m = 0.02, kSubstep_rad = 0.1, kSubstepCosine = 0.995005;  // of 0.1 rad
 
-// Six equations with their right sides.
-using Equations = std::array<std::array<double, 8>, 6>;
+// Six equations, each with its right side as the seventh number; the eighth fills registers.
+using Equation = Eigen::Matrix<double, 8, 1>;
+using Equations = std::array<Equation, 6>;
 
 // Elimination with the largest pivot of each column; false when there is none. The solution is where the right sides were.
-// Rows are as long as two of them fill whole registers: the last number of each is not used.
 bool eliminate(Equations& rows) {
   for (std::size_t k = 0; k < 6; ++k) {
+    const auto column = static_cast<Eigen::Index>(k);
     std::size_t pivot = k;
     for (std::size_t i = k + 1; i < 6; ++i) {
-      if (std::abs(rows[i][k]) > std::abs(rows[pivot][k])) pivot = i;
+      if (std::abs(rows[i][column]) > std::abs(rows[pivot][column])) pivot = i;
     }
-    if (!(std::abs(rows[pivot][k]) > 1e-12)) return false;
+    if (!(std::abs(rows[pivot][column]) > 1e-12)) return false;
     if (pivot != k) std::swap(rows[pivot], rows[k]);
-    const double inverse = 1.0 / rows[k][k];
-    for (std::size_t i = k + 1; i < 6; ++i) {
-      const double factor = rows[i][k] * inverse;
-      for (std::size_t j = 0; j < 8; ++j) rows[i][j] -= factor * rows[k][j];
-    }
+    const double inverse = 1.0 / rows[k][column];
+    for (std::size_t i = k + 1; i < 6; ++i) rows[i] -= rows[i][column] * inverse * rows[k];
   }
   for (std::size_t k = 6; k-- > 0;) {
-    for (std::size_t j = k + 1; j < 6; ++j) rows[k][6] -= rows[k][j] * rows[j][6];
-    rows[k][6] /= rows[k][k];
+    for (std::size_t j = k + 1; j < 6; ++j) rows[k][6] -= rows[k][static_cast<Eigen::Index>(j)] * rows[j][6];
+    rows[k][6] /= rows[k][static_cast<Eigen::Index>(k)];
   }
   return true;
 }
@@ -75,21 +73,22 @@ class LinkChain {
     for (int step = 0; step < 12; ++step) {
       const Vec3 way = target.position - state.tool.position, turn = small_turn(state.tool.rotation, target.rotation);
       if (std::max(way.cwiseAbs().maxCoeff(), turn.cwiseAbs().maxCoeff()) < kConverged) return true;
-      Equations rows{};
+      Equations rows;
+      for (std::size_t c = 0; c < 6; ++c) {
+        const auto xyz = static_cast<Eigen::Index>(c % 3);
+        rows[c].tail<2>() << (c < 3 ? way : turn)[xyz], 0.0;
+      }
       for (std::size_t i = 0; i < 6; ++i) {
+        const auto column = static_cast<Eigen::Index>(i);
         const Vec3 lever = state.axis[i].cross(state.tool.position - state.origin[i]);
         for (std::size_t c = 0; c < 3; ++c) {
-          rows[c][i] = lever[static_cast<Eigen::Index>(c)];
-          rows[3 + c][i] = state.axis[i][static_cast<Eigen::Index>(c)];
+          rows[c][column] = lever[static_cast<Eigen::Index>(c)];
+          rows[3 + c][column] = state.axis[i][static_cast<Eigen::Index>(c)];
         }
-      }
-      for (std::size_t c = 0; c < 3; ++c) {
-        rows[c][6] = way[static_cast<Eigen::Index>(c)];
-        rows[3 + c][6] = turn[static_cast<Eigen::Index>(c)];
       }
       if (!eliminate(rows)) return false;
       double largest = 0.0;
-      for (const auto& row : rows) largest = std::max(largest, std::abs(row[6]));
+      for (const Equation& row : rows) largest = std::max(largest, std::abs(row[6]));
       if (!(largest < 1e6)) return false;
       const double share = largest > 0.3 ? 0.3 / largest : 1.0;
       for (std::size_t i = 0; i < 6; ++i) turn_joint(i, share * rows[i][6], joints, state);

@@ -86,8 +86,8 @@ SliceOutcome slice(const SliceRequest& request, const RunContext& outer) {
                     {"checks", checks_json(state.checks)},
                     {"stages", Json::array()}};
   for (const auto& [name, section] : state.report.items()) outcome.report[name] = section;
-  write_artifacts(folder, state, outer);
-  write_pictures(folder, state, outcome.report, outer);
+  const std::vector<Plot> plots = write_artifacts(folder, state, outer);
+  write_pictures(folder, state, plots, outcome.report, outer);
   outcome.times.push_back(meter.stop("write"));
   outcome.report["stages"] = times_json(outcome.times);
   write_index(folder, state, outcome.report);

@@ -5,6 +5,7 @@
 
 #include "artifacts.h"
 #include "curvesup/core/format.h"
+#include "curvesup/core/parallel.h"
 #include "curvesup/preview/plots.h"
 #include "curvesup/preview/preview.h"
 #include "curvesup/core/error.h"
@@ -23,6 +24,26 @@ bool done(const SliceState& state, std::string_view stage) {
   const auto names = slice_stage_names();
   const auto at = std::find(names.begin(), names.end(), stage);
   return at != names.end() && static_cast<std::size_t>(at - names.begin()) < state.stages_done;
+}
+
+template <class Result>
+const Result* if_done(const SliceState& state, std::string_view stage, const Result& result) {
+  return done(state, stage) ? &result : nullptr;
+}
+
+const LayerStack& final_layers(const SliceState& state) { return done(state, "trim") ? state.trim.stack : state.layers.stack; }
+
+const Motion* final_motion(const SliceState& state) { return state.robot_ok() ? if_done(state, "motion", state.motion.motion) : nullptr; }
+
+std::vector<Plot> plots_of(const SliceState& state, const RunContext& run) {
+  if (!done(state, "layers") || (!wanted(state, "plots") && !wanted(state, "preview"))) return {};
+  const Machine machine = machine_from_config(config_value(state.config, "machine"));
+  return make_plots({.field = &state.extension.field,
+                     .layers = &final_layers(state),
+                     .toolpaths = if_done(state, "toolpath", state.toolpath.toolpaths),
+                     .motion = final_motion(state),
+                     .arm = machine.arm},
+                    run);
 }
 
 const char* const kDescriptions[][2] = {
@@ -62,7 +83,7 @@ Json parts_json(const std::vector<EmittedPart>& parts) {
 
 }  // namespace
 
-void write_artifacts(OutputFolder& folder, SliceState& state, const RunContext& run) {
+std::vector<Plot> write_artifacts(OutputFolder& folder, SliceState& state, const RunContext& run) {
   std::vector<OutputFolder::Task> tasks;
   const auto add = [&](std::string name, std::function<void(const ByteSink&)> produce) {
     tasks.push_back({std::move(name), std::move(produce)});
@@ -73,8 +94,7 @@ void write_artifacts(OutputFolder& folder, SliceState& state, const RunContext& 
     add("domain.vtu", [&](const ByteSink& sink) { sink(domain_vtu(state.domain.domain, field)); });
   }
   if (done(state, "layers") && wanted(state, "layers")) {
-    const LayerStack& stack = done(state, "trim") ? state.trim.stack : state.layers.stack;
-    add("layers.vtp", [&](const ByteSink& sink) { write_layers_vtp(stack, field, sink); });
+    add("layers.vtp", [&](const ByteSink& sink) { write_layers_vtp(final_layers(state), field, sink); });
   }
   if (done(state, "skeleton") && wanted(state, "skeleton")) {
     add("skeleton.vtp", [&](const ByteSink& sink) { write_skeleton_vtp(state.skeleton.skeleton, sink); });
@@ -92,9 +112,15 @@ void write_artifacts(OutputFolder& folder, SliceState& state, const RunContext& 
   }
   // Of a print that the robot cannot make, nothing more is told by its poses.
   if (!state.robot_ok() && !waypoints) state.motion.motion = {};
-  folder.write_all(tasks, run);
+  // One large file keeps one thread busy; the plots are drawn by another one.
+  std::vector<Plot> plots;
+  parallel_for(2, 1, run, [&](std::size_t i, std::size_t, std::size_t) {
+    if (i == 0) folder.write_all(tasks, run);
+    else plots = plots_of(state, run);
+  });
   // The text has its place; the names are still asked for.
   for (EmittedFile& file : state.emitted.files) file.write = {};
+  return plots;
 }
 
 namespace {
@@ -124,11 +150,6 @@ std::vector<PreviewMark> certificate_marks(const SliceState& state) {
   return marks;
 }
 
-template <class Result>
-const Result* if_done(const SliceState& state, std::string_view stage, const Result& result) {
-  return done(state, stage) ? &result : nullptr;
-}
-
 // What a person calls the part: files named model.tet differ by their folder.
 std::string title_of(const SliceState& state) {
   const std::string name = state.model.model.name;
@@ -138,18 +159,8 @@ std::string title_of(const SliceState& state) {
 
 }  // namespace
 
-void write_pictures(OutputFolder& folder, const SliceState& state, const Json& report, const RunContext& run) {
+void write_pictures(OutputFolder& folder, const SliceState& state, std::span<const Plot> plots, const Json& report, const RunContext& run) {
   if (!done(state, "layers")) return;
-  const LayerStack* layers = done(state, "trim") ? &state.trim.stack : &state.layers.stack;
-  const Toolpaths* toolpaths = if_done(state, "toolpath", state.toolpath.toolpaths);
-  const Motion* motion = state.robot_ok() ? if_done(state, "motion", state.motion.motion) : nullptr;
-
-  const Machine machine = machine_from_config(config_value(state.config, "machine"));
-
-  std::vector<Plot> plots;
-  if (wanted(state, "plots") || wanted(state, "preview")) {
-    plots = make_plots({.field = &state.extension.field, .layers = layers, .toolpaths = toolpaths, .motion = motion, .arm = machine.arm}, run);
-  }
   if (wanted(state, "plots")) {
     for (const Plot& plot : plots) folder.write("plots/" + plot.name + ".png", plot.png);
   }
@@ -159,13 +170,14 @@ void write_pictures(OutputFolder& folder, const SliceState& state, const Json& r
   for (const OutputFolder::File& file : folder.files()) files.push_back({file.path, file.bytes, description_of(file.path, state)});
   std::vector<PreviewMark> marks = certificate_marks(state);
   for (const auto& more : {marks_of(state.motion.report), marks_of(state.toolpath.report)}) marks.insert(marks.end(), more.begin(), more.end());
+  const Machine machine = machine_from_config(config_value(state.config, "machine"));
   folder.write("preview.html",
                preview_html({.model = &state.model.model,
                              .overhang = &state.overhang,
                              .skeleton = if_done(state, "skeleton", state.skeleton.skeleton),
-                             .layers = layers,
-                             .toolpaths = toolpaths,
-                             .motion = motion,
+                             .layers = &final_layers(state),
+                             .toolpaths = if_done(state, "toolpath", state.toolpath.toolpaths),
+                             .motion = final_motion(state),
                              .checks = state.checks,
                              .marks = marks,
                              .plots = plots,
