@@ -225,6 +225,12 @@ bool BorderDistance::on_one_front(Index a, Index b) const {
   return runs_on(one, other) || runs_on(other, one);
 }
 
+// Whether the nearest place lies on the border edge, not at an end of it.
+bool BorderDistance::faces_edge(const Front& front) const {
+  const double along = -front.start.dot(front.tangent);
+  return !front.wave && along >= 0.0 && along <= border_.length[front.edge];
+}
+
 // No way along the surface is shorter than the straight line in space to the same border edge.
 void BorderDistance::keep_above_chord(Front& front, Index vertex) const {
   const Vec3 &a = mesh_.vertices[border_.from[front.edge]], &b = mesh_.vertices[border_.to[front.edge]];
@@ -302,12 +308,16 @@ void BorderDistance::march() {
     if (!fixed[v]) fronts_[v] = Front{.distance = kFar, .wave = true};
   }
   std::vector<Index> first(n + 1, 0);
+  const auto open = [&](const std::array<Index, 3>& corners) { return !fixed[corners[0]] || !fixed[corners[1]] || !fixed[corners[2]]; };
   for (const auto& corners : mesh_.triangles) {
+    if (!open(corners)) continue;
     for (const Index v : corners) ++first[v + 1];
   }
   for (Index v = 0; v < n; ++v) first[v + 1] += first[v];
-  std::vector<Index> around(first[n]), fill(first.begin(), first.end() - 1);
+  if (first[n] == 0) return;
+  std::vector<Index> around(first[n]), fill(first.begin(), first.end() - 1);  // open triangles
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+    if (!open(mesh_.triangles[t])) continue;
     for (const Index v : mesh_.triangles[t]) around[fill[v]++] = static_cast<Index>(t);
   }
   NearestFirst queue;
@@ -399,6 +409,7 @@ void BorderDistance::march() {
 Index BorderDistance::add_middle(Index a, Index b, const DistanceOptions& options) {
   const Vec3 half = 0.5 * (mesh_.vertices[b] - mesh_.vertices[a]);
   if (4.0 * half.squaredNorm() < options.min_edge_mm * options.min_edge_mm) return kNone;
+  if (fronts_[a].edge == fronts_[b].edge && faces_edge(fronts_[a]) && faces_edge(fronts_[b])) return kNone;
   const Vec3 normal = middle_normal(mesh_.normals[a], mesh_.normals[b]);
   Front front = seen_from(a, half, normal);
   const Front other = seen_from(b, -half, normal);

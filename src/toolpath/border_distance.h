@@ -56,6 +56,7 @@ class BorderDistance {
  private:
   void collect_border();
   void propagate(bool from_border);
+  [[nodiscard]] bool faces_edge(const Front& front) const;
   void keep_above_chord(Front& front, Index vertex) const;
   void march();
   Index add_middle(Index a, Index b, const DistanceOptions& options);

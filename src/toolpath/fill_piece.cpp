@@ -106,7 +106,7 @@ void join_tracks(const PieceMesh& mesh, bool join, double reach, std::vector<Tra
 // A small piece is all corners and ends: its distances must be true between them.
 BorderDistance border_distance(PieceMesh mesh, double width) {
   const bool small = is_small(mesh, width);
-  return {std::move(mesh), {.tolerance_mm = (small ? 0.03 : 0.08) * width, .min_edge_mm = (small ? 0.3 : 0.75) * width}};
+  return {std::move(mesh), {.tolerance_mm = (small ? 0.03 : 0.08) * width, .min_edge_mm = (small ? 0.3 : 0.9) * width}};
 }
 
 class PieceFiller {
@@ -225,10 +225,7 @@ class PieceFiller {
         for (const Index across : mesh.neighbours[found[i]]) {
           if (across == kNone || std::find(found.begin(), found.end(), across) != found.end()) continue;
           const auto& [a, b, c] = mesh.triangles[across];
-          if (near(mesh.vertices[a]) || near(mesh.vertices[b]) || near(mesh.vertices[c]) ||
-              near(closest_point_on_triangle(p.position, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]))) {
-            found.push_back(across);
-          }
+          if (near(mesh.vertices[a]) || near(mesh.vertices[b]) || near(mesh.vertices[c])) found.push_back(across);
         }
       }
     }

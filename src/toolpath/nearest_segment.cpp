@@ -50,7 +50,7 @@ std::size_t slots_for(std::size_t places) { return std::bit_ceil(std::max<std::s
 class PlaceGrid {
  public:
   PlaceGrid(std::span<const Place> places, double reach)
-      : places_(places), reach_(reach), cells_(2.0 * reach, slots_for(places.size())), first_(slots_for(places.size()) + 1, 0) {
+      : places_(places), reach_(reach), cells_(3.0 * reach, slots_for(places.size())), first_(slots_for(places.size()) + 1, 0) {
     std::vector<Index> slot(places.size());
     for (std::size_t p = 0; p < places.size(); ++p) ++first_[(slot[p] = static_cast<Index>(cells_.slot_of(places[p].position))) + 1];
     std::vector<Index> fill(first_.size(), 0);  // places

@@ -269,7 +269,9 @@ void Ridge::hand_down() {
   }
   // Downhill along the edges, highest end first.
   std::vector<std::pair<double, Index>> order;
+  order.reserve(edges.size());
   for (std::size_t e = 0; e < edges.size(); ++e) {
+    if (edges[e].right == kNone) continue;  // no end is higher
     order.push_back({-std::max(distance_.distance(edges[e].from), distance_.distance(edges[e].to)), static_cast<Index>(e)});
   }
   std::sort(order.begin(), order.end());

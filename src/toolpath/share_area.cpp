@@ -136,6 +136,11 @@ class AreaShares {
     stretches_.pop_back();
   }
 
+  // The middle between a place and one of a higher number.
+  struct Cut {
+    Index to, middle;
+    Index next;  // cut from the same place
+  };
   // A part of a triangle, small enough to trust its corners.
   struct Part {
     std::array<Index, 3> corners;  // places
@@ -237,6 +242,19 @@ class AreaShares {
     return static_cast<Index>(places_.size()) - 1;
   }
 
+  // The place in the middle between two, the same one for the triangles on both sides.
+  Index middle_of(Index a, Index b) {
+    if (a > b) std::swap(a, b);
+    if (static_cast<std::size_t>(a) >= first_cut_.size()) first_cut_.resize(places_.size(), kNone);
+    for (Index k = first_cut_[a]; k != kNone; k = cuts_[k].next) {
+      if (cuts_[k].to == b) return cuts_[k].middle;
+    }
+    const Index middle = add_place(0.5 * (places_[a].position + places_[b].position), 0.5 * (places_[a].normal + places_[b].normal));
+    cuts_.push_back({b, middle, first_cut_[a]});
+    first_cut_[a] = static_cast<Index>(cuts_.size()) - 1;
+    return middle;
+  }
+
   // Halves what is too large across its longest edge.
   void cut(const Part& part) {
     const auto position = [&](int i) -> const Vec3& { return places_[part.corners[i]].position; };
@@ -245,11 +263,9 @@ class AreaShares {
       parts_.push_back(part);
       return;
     }
-    const Place &a = places_[part.corners[longest]], &b = places_[part.corners[next3(longest)]];
     Part left = part, right = part;
     left.area = right.area = 0.5 * part.area;
-    left.corners[next3(longest)] = right.corners[longest] =
-        add_place(0.5 * (a.position + b.position), 0.5 * (a.normal + b.normal));
+    left.corners[next3(longest)] = right.corners[longest] = middle_of(part.corners[longest], part.corners[next3(longest)]);
     cut(left);
     cut(right);
   }
@@ -362,6 +378,8 @@ class AreaShares {
   std::vector<Place> places_;  // corners of parts
   std::vector<Index> owner_;   // of each place the nearest segment
   std::vector<Part> parts_;
+  std::vector<Cut> cuts_;
+  std::vector<Index> first_cut_;  // by place
 };
 
 }  // namespace
