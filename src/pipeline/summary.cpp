@@ -44,10 +44,12 @@ std::string summary_text(const SliceOutcome& outcome, const std::filesystem::pat
                    number(r, "layers", "thickness_p50_mm"), number(r, "layers", "thickness_p99_mm"));
   }
   if (r.contains("support")) {
-    text += format("support    %s, %.2f cm3, covers %.2f %% of %.0f mm2 overhang, %.0f floating pieces\n",
-                   r["support"]["method"].get<std::string>().c_str(), number(r, "support", "volume_mm3") / 1000.0,
-                   100.0 * number(r, "support", "covered_overhang_fraction"), number(r, "overhang", "area_mm2"),
-                   number(r, "support", "floating_pieces"));
+    text += format("support    %s, %.2f cm3", r["support"]["method"].get<std::string>().c_str(), number(r, "support", "volume_mm3") / 1000.0);
+    if (r["support"].contains("covered_overhang_fraction")) {  // measured by a later stage than the volume; a run may stop between them
+      text += format(", covers %.2f %% of %.0f mm2 overhang, %.0f floating pieces", 100.0 * number(r, "support", "covered_overhang_fraction"),
+                     number(r, "overhang", "area_mm2"), number(r, "support", "floating_pieces"));
+    }
+    text += "\n";
   }
   if (r.contains("toolpath")) {
     const Json& length = r["toolpath"]["length_mm"];

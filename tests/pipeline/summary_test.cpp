@@ -33,5 +33,16 @@ TEST(Summary, NamesEveryFailedCheckWhenTheyAreFew) {
   EXPECT_NE(text.find("in 1.8 s, 80 MB"), std::string::npos) << text;
 }
 
+TEST(Summary, SaysNothingOfWhatWasNotMeasured) {
+  SliceOutcome outcome = outcome_with_failures(0);
+  outcome.report["overhang"] = {{"area_mm2", 300.0}};
+  outcome.report["support"] = {{"method", "tree"}, {"volume_mm3", 2500.0}};
+  const std::string stopped = summary_text(outcome, "out");
+  EXPECT_NE(stopped.find("tree, 2.50 cm3\n"), std::string::npos) << stopped;
+  outcome.report["support"].update({{"covered_overhang_fraction", 0.5}, {"floating_pieces", 7}});
+  const std::string whole = summary_text(outcome, "out");
+  EXPECT_NE(whole.find("tree, 2.50 cm3, covers 50.00 % of 300 mm2 overhang, 7 floating pieces\n"), std::string::npos) << whole;
+}
+
 }  // namespace
 }  // namespace curvesup
