@@ -65,6 +65,16 @@ void Deposit::add_path(std::span<const PathPoint> points, std::span<const Vec3> 
   path_end_.push_back(first + static_cast<Index>(points.size()));
 }
 
+void Deposit::append(Deposit&& other) {
+  const Index shift = path_end_.empty() ? 0 : path_end_.back();
+  for (LooseSample& sample : other.loose_) sample.point += shift;
+  for (Index& end : other.path_end_) end += shift;
+  loose_.insert(loose_.end(), other.loose_.begin(), other.loose_.end());
+  own_top_.insert(own_top_.end(), other.own_top_.begin(), other.own_top_.end());
+  path_end_.insert(path_end_.end(), other.path_end_.begin(), other.path_end_.end());
+  other = Deposit();
+}
+
 void Deposit::finish() {
   find_tops();
   build();
@@ -316,25 +326,31 @@ class Deposit::HeadBundle {
       : HeadBundle(head, clearance, mean(poses, &HeadPose::tip), mean(poses, &HeadPose::axis).normalized(), poses) {}
 
   [[nodiscard]] Four spare(const Quad& boxes) const {
-    const View view(*this, boxes.x, boxes.y, boxes.z);
-    const Four along = boxes.reach(axis_);
+    View view(*this, boxes.x, boxes.y, boxes.z);
+    const Four along = boxes.reach(axis_), far = view.distance + boxes.radius;
+    const Four below = below_of(view.height + along, far);
+    if (below.minCoeff() >= 0.0f) return below;
+    view.look_aside(*this);
     // The distance from the hull's flank grows fastest along its normal; being convex, it is nowhere in the box less than
     // that slope says.
     const Four inverse = cosine_ / view.radius.max(kNearAxis);
-    const Four normal = (view.x * inverse - sine_axis_.x()).abs() * boxes.half_x + (view.y * inverse - sine_axis_.y()).abs() * boxes.half_y +
+    const Four normal = (view.x * inverse - sine_axis_.x()).abs() * boxes.half_x +
+                        (view.y * inverse - sine_axis_.y()).abs() * boxes.half_y +
                         (view.z * inverse - sine_axis_.z()).abs() * boxes.half_z + kRelative * boxes.radius;
     const Four aside = (view.radius > kNearAxis).select(normal, boxes.radius);
-    const Four far = view.distance + boxes.radius;
     const Four gap = (view.flank(*this) - aside)
                          .max(-view.height - along)
                          .max(view.radius - widest_ - boxes.radius)
                          .max(view.height - length_ - along);
-    return spare_of(view.height + along, far, gap);
+    return below.max(spare_of(far, gap));
   }
   [[nodiscard]] Four spare(const Four& x, const Four& y, const Four& z) const {
-    const View view(*this, x, y, z);
+    View view(*this, x, y, z);
+    const Four below = below_of(view.height, view.distance);
+    if (below.minCoeff() >= 0.0f) return below;
+    view.look_aside(*this);
     const Four gap = view.flank(*this).max(-view.height).max(view.radius - widest_).max(view.height - length_);
-    return spare_of(view.height, view.distance, gap);
+    return below.max(spare_of(view.distance, gap));
   }
 
  private:
@@ -384,7 +400,7 @@ class Deposit::HeadBundle {
     return highest;
   }
 
-  // Points as the middle pose sees them: height, radius, distance, and what leads to them from the axis.
+  // Points as the middle pose sees them: height and distance, then the radius and what leads to them from the axis.
   struct View {
     Four height, x, y, z, radius, distance;
     [[gnu::always_inline]] View(const HeadBundle& bundle, const Four& px, const Four& py, const Four& pz) {
@@ -393,6 +409,8 @@ class Deposit::HeadBundle {
       z = pz - bundle.tip_.z();
       height = x * bundle.axis_.x() + y * bundle.axis_.y() + z * bundle.axis_.z();
       distance = (x * x + y * y + z * z).sqrt();
+    }
+    [[gnu::always_inline]] void look_aside(const HeadBundle& bundle) {
       x -= height * bundle.axis_.x();
       y -= height * bundle.axis_.y();
       z -= height * bundle.axis_.z();
@@ -403,10 +421,13 @@ class Deposit::HeadBundle {
     }
   };
 
-  // From the greatest height, the greatest distance from the tip and the least distance from the head.
-  [[gnu::always_inline, nodiscard]] Four spare_of(const Four& top, const Four& far, const Four& gap) const {
-    const Four below = -(top + rise_ + far * turn_);
-    return below.max(gap - apart_ - swing_ * far - static_cast<float>(clearance_));
+  // How far what is no higher, and no farther from the tip, lies below all that counts.
+  [[gnu::always_inline, nodiscard]] Four below_of(const Four& top, const Four& far) const {
+    return -(top + rise_ + far * turn_);
+  }
+  // From the greatest distance from the tip and the least distance from the head.
+  [[gnu::always_inline, nodiscard]] Four spare_of(const Four& far, const Four& gap) const {
+    return gap - apart_ - swing_ * far - static_cast<float>(clearance_);
   }
 
   const double& clearance_;  // may shrink while a search goes on

@@ -33,6 +33,8 @@ class Deposit {
   // The same, path after path; finish() comes before any query.
   explicit Deposit(double spacing_mm) : spacing_mm_(spacing_mm) {}
   void add_path(std::span<const PathPoint> points, std::span<const Vec3> tips);
+  // Another's paths come behind these.
+  void append(Deposit&& other);
   void finish();
   // Path first + i becomes the one that was first + order[i]; points are numbered anew.
   void reorder(std::size_t first, std::span<const Index> order);
@@ -78,7 +80,7 @@ class Deposit {
   using Four = Eigen::Array4f;
   using Vec3f = Eigen::Vector3f;
   static constexpr Index kNever = std::numeric_limits<Index>::max();
-  // Four boxes, the spheres around them, the slabs across their layers that hold what is in them, and the earliest points.
+  // Four boxes, the spheres around them, the slabs across their layers that hold what is in them, the earliest points.
   struct Quad {
     Four x = Four::Zero(), y = Four::Zero(), z = Four::Zero();
     Four half_x = Four::Zero(), half_y = Four::Zero(), half_z = Four::Zero(), radius = Four::Zero();

@@ -59,17 +59,22 @@ class MotionPlanner {
  private:
   // Every bead of the print, and the numbers of the placed points of each path.
   void lay_out() {
-    order_.resize(toolpaths_.paths.size());
+    const std::size_t count = toolpaths_.paths.size();
+    order_.resize(count);
     std::iota(order_.begin(), order_.end(), 0);
-    first_points_ = {0};
-    first_points_.reserve(order_.size() + 1);
-    for (std::size_t p = 0; p < order_.size(); ++p) {
-      const PlacedPaths placed = place(p, p + 1);
-      deposit_.add_path(placed.points, placed.tips);
-      first_points_.push_back(first_points_.back() + static_cast<Index>(placed.points.size()));
-    }
+    first_points_.assign(count + 1, 0);
+    std::vector<Deposit> parts(chunk_count(count, kRunPaths), Deposit(kSampleSpacing_mm));
+    parallel_for(count, kRunPaths, run_, [&](std::size_t begin, std::size_t end, std::size_t part) {
+      for (std::size_t p = begin; p < end; ++p) {
+        const PlacedPaths placed = place_paths(toolpaths_, placement_, std::span(order_).subspan(p, 1), 0, 0, 0);
+        parts[part].add_path(placed.points, placed.tips);
+        first_points_[p + 1] = static_cast<Index>(placed.points.size());
+      }
+    });
+    for (Deposit& part : parts) deposit_.append(std::move(part));
     deposit_.finish();
-    result_.motion.waypoints.reserve(static_cast<std::size_t>(first_points_.back()) + order_.size());
+    std::partial_sum(first_points_.begin(), first_points_.end(), first_points_.begin());
+    result_.motion.waypoints.reserve(static_cast<std::size_t>(first_points_.back()) + count);
   }
 
   PlacedPaths place(std::size_t begin, std::size_t end) const {
@@ -104,7 +109,7 @@ class MotionPlanner {
   void choose_axes(PlacedPaths& placed, const std::vector<char>& wanted, std::vector<char>& stuck) {
     faults_.resize(placed.paths.size());
     const Tolerances& tolerances = cell_.machine().tolerances;
-    parallel_for(placed.paths.size(), 8, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
+    parallel_for(placed.paths.size(), 1, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t p = begin; p < end; ++p) {
         const Path& path = placed.paths[p];
         if (!wanted[p]) continue;
@@ -175,13 +180,13 @@ class MotionPlanner {
       thin_path(placed, p);
       if (!options_.avoid_collisions || !add_touching_keys(placed, p, keys)) break;
     }
-    return options_.avoid_collisions && touches_somewhere(placed, p);
+    return options_.avoid_collisions && !touching_poses(placed, p).empty();
   }
 
   // Paths that no tilt and no order frees pass higher where they touch, step by step; where that does not help, as planned.
   void raise_stuck(PlacedPaths& placed, const std::vector<char>& stuck) {
     if (cell_.machine().tolerances.max_raise_mm <= 0.0) return;
-    parallel_for(placed.paths.size(), 8, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
+    parallel_for(placed.paths.size(), 1, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t p = begin; p < end; ++p) {
         if (stuck[p]) raise_path(placed, p);
       }
@@ -212,86 +217,95 @@ class MotionPlanner {
   // Whether each place at which the head touches something would be free, at some allowed tilt, from as high as it may be.
   bool raise_may_help(const PlacedPaths& placed, std::size_t p) const {
     const Tolerances& tolerances = cell_.machine().tolerances;
-    bool may = true;
-    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index, Index point) {
-      if (head_is_free(placed, tip, axis, point, nullptr)) return true;
-      const Vec3& normal = placed.points[placed.row(point)].normal;
-      const Vec3 raised = tip + tolerances.max_raise_mm * normal;
-      may = false;
-      for (const Vec3& tilted : directions_around(normal, tolerances.max_tilt_deviation.radians())) {
-        may = may || head_is_free(placed, raised, tilted, point, nullptr);
-      }
-      return may;
-    });
-    return may;
+    for (const OpenPose& pose : touching_poses(placed, p)) {
+      const Vec3& normal = placed.points[placed.row(pose.point)].normal;
+      const Vec3 raised = pose.tip + tolerances.max_raise_mm * normal;
+      const std::vector<Vec3> tilted = directions_around(normal, tolerances.max_tilt_deviation.radians());
+      const auto is_free = [&](const Vec3& axis) { return head_is_free(placed, raised, axis, pose.point, nullptr); };
+      if (std::none_of(tilted.begin(), tilted.end(), is_free)) return false;
+    }
+    return true;
   }
 
   // Marks the points of a path at and between which the head touches something.
   std::vector<char> touching_points(const PlacedPaths& placed, std::size_t p) const {
     const Path& path = placed.paths[p];
     std::vector<char> marked(static_cast<std::size_t>(path.point_count), 0);
-    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index from, Index point) {
-      if (head_is_free(placed, tip, axis, point, nullptr)) return true;
-      std::fill(marked.begin() + (from - path.first_point), marked.begin() + (point - path.first_point) + 1, 1);
-      return true;
-    });
+    for (const OpenPose& pose : touching_poses(placed, p)) {
+      const auto at = [&](Index point) { return marked.begin() + (point - path.first_point); };
+      std::fill(at(pose.from), at(pose.point) + 1, 1);
+    }
     return marked;
   }
 
-  // Calls visit(tip, axis, from, point) where the head may touch something on the way from one point to another: at waypoints
-  // that are not known to be free, and at halves of the way to them where it is long or the axis turns, since waypoints may
-  // come to lie there. It returns false to end.
-  template <class Visit>
-  void visit_poses(const PlacedPaths& placed, std::size_t p, const Visit& visit) const {
+  // The head on its way from one point to another.
+  struct OpenPose {
+    Vec3 tip, axis;
+    Index from, point;
+  };
+
+  // Where the head may touch something: at waypoints that are not known to be free, and at halves of the way to them
+  // where it is long or the axis turns, since waypoints may come to lie there.
+  std::vector<OpenPose> open_poses(const PlacedPaths& placed, std::size_t p) const {
     const std::vector<DraftPoint>& drafts = placed.drafts[p];
+    std::vector<OpenPose> poses;
     for (std::size_t i = 0; i < drafts.size(); ++i) {
       const DraftPoint& draft = drafts[i];
-      if (!placed.knows_free(draft) && !visit(draft.tip, draft.axis, draft.point, draft.point)) return;
-      if (i > 0 && !visit_between(drafts[i - 1], draft, kTurning, visit)) return;
+      if (!placed.knows_free(draft)) poses.push_back({draft.tip, draft.axis, draft.point, draft.point});
+      if (i > 0) add_poses_between(drafts[i - 1], draft, kTurning, poses);
     }
+    return poses;
   }
 
   // Half way, and half way on either side of that as long as the way is long or the axis turns much.
-  template <class Visit>
-  static bool visit_between(const DraftPoint& from, const DraftPoint& to, double least_turn, const Visit& visit) {
+  static void add_poses_between(const DraftPoint& from, const DraftPoint& to, double least_turn,
+                                std::vector<OpenPose>& poses) {
     const bool turns = (to.axis - from.axis).squaredNorm() >= least_turn * least_turn;
-    if (!turns && (to.tip - from.tip).squaredNorm() < kLookSpacing_mm * kLookSpacing_mm) return true;
+    if (!turns && (to.tip - from.tip).squaredNorm() < kLookSpacing_mm * kLookSpacing_mm) return;
     DraftPoint before = from, behind = to;
     before.tip = behind.tip = 0.5 * (from.tip + to.tip);
     before.axis = behind.axis = (from.axis + to.axis).normalized();
-    return visit(behind.tip, behind.axis, from.point, to.point) && visit_between(from, behind, kTurningMuch, visit) &&
-           visit_between(before, to, kTurningMuch, visit);
+    poses.push_back({behind.tip, behind.axis, from.point, to.point});
+    add_poses_between(from, behind, kTurningMuch, poses);
+    add_poses_between(before, to, kTurningMuch, poses);
+  }
+
+  // Those at which it does touch something.
+  std::vector<OpenPose> touching_poses(const PlacedPaths& placed, std::size_t p) const {
+    const std::vector<OpenPose> open = open_poses(placed, p);
+    std::vector<Deposit::HeadPose> poses;
+    for (const OpenPose& pose : open) poses.push_back(head_pose(placed, pose.tip, pose.axis, pose.point));
+    std::vector<char> touches(poses.size());
+    deposit_.touches_head(cell_.head(), poses, 0.0, touches);
+    std::vector<OpenPose> touching;
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      if (touches[i] || !cell_.head_above_table(open[i].tip, open[i].axis)) touching.push_back(open[i]);
+    }
+    return touching;
+  }
+
+  static Deposit::HeadPose head_pose(const PlacedPaths& placed, const Vec3& tip, const Vec3& axis, Index point) {
+    const std::size_t row = placed.row(point);
+    return {tip, axis, free_height(placed.points[row]), placed.laid_before[row]};
   }
 
   // Adds the points around poses at which the head touches something; false when none is new.
   bool add_touching_keys(PlacedPaths& placed, std::size_t p, std::vector<Index>& keys) const {
     const Path& path = placed.paths[p];
     const std::size_t before = keys.size();
-    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index, Index point) {
-      if (head_is_free(placed, tip, axis, point, nullptr)) return true;
-      const Index key = point - path.first_point;
+    for (const OpenPose& pose : touching_poses(placed, p)) {
+      const Index key = pose.point - path.first_point;
       for (Index k = std::max(0, key - 1); k <= std::min(path.point_count - 1, key + 1); ++k) keys.push_back(k);
-      return true;
-    });
+    }
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     return keys.size() > before;
   }
 
-  bool touches_somewhere(const PlacedPaths& placed, std::size_t p) const {
-    bool touches = false;
-    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index, Index point) {
-      touches = !head_is_free(placed, tip, axis, point, nullptr);
-      return !touches;
-    });
-    return touches;
-  }
-
   bool head_is_free(const PlacedPaths& placed, const Vec3& tip, const Vec3& axis, Index point, Contact* contact) const {
-    const std::size_t row = placed.row(point);
+    const Deposit::HeadPose pose = head_pose(placed, tip, axis, point);
     return cell_.head_above_table(tip, axis) &&
-           !deposit_.touches_head(cell_.head(), tip, axis, free_height(placed.points[row]), 0.0, placed.laid_before[row],
-                                  contact);
+           !deposit_.touches_head(cell_.head(), tip, axis, pose.free_height, 0.0, pose.before, contact);
   }
 
   // Paths at which no tilt keeps the head off beads beside them, of their own piece, go before those: without them a tilt
@@ -342,11 +356,10 @@ class MotionPlanner {
   // The earliest path of the same piece whose bead the head touches; else p.
   std::size_t earliest_touched(const PlacedPaths& placed, std::size_t p) const {
     std::vector<Index> touched;
-    visit_poses(placed, p, [&](const Vec3& tip, const Vec3& axis, Index, Index point) {
-      const std::size_t row = placed.row(point);
-      deposit_.contacts_of_head(cell_.head(), tip, axis, free_height(placed.points[row]), 0.0, placed.laid_before[row], touched);
-      return true;
-    });
+    for (const OpenPose& open : touching_poses(placed, p)) {
+      const Deposit::HeadPose pose = head_pose(placed, open.tip, open.axis, open.point);
+      deposit_.contacts_of_head(cell_.head(), pose.tip, pose.axis, pose.free_height, 0.0, pose.before, touched);
+    }
     std::size_t first = p;
     for (const Index point : touched) {
       const Index number = path_of(point);
@@ -553,12 +566,13 @@ class MotionPlanner {
   // Head and links at every waypoint against platform and what is printed before it.
   void check_bodies(const PlacedPaths& placed, const ArmSection& section, Index at, bool links_free,
                     ChainFigures& figures) const {
+    const std::vector<char> heads_touch = touching_heads(placed, section, at);
     for (std::size_t w = 0; w < section.points.size(); ++w) {
       const ArmPoint& point = section.points[w];
       if (point.draft.point != kNone) at = point.draft.point;
       Contact contact;
       const char* body = nullptr;
-      if (!placed.knows_free(point.draft) && !head_is_free(placed, point.draft.tip, point.draft.axis, at, &contact)) body = "head";
+      if (heads_touch[w] && !head_is_free(placed, point.draft.tip, point.draft.axis, at, &contact)) body = "head";
       if (!body && !links_free) {
         body = touching_link(cell_, deposit_, point.joints, at, 0.0, &contact);
       }
@@ -568,6 +582,25 @@ class MotionPlanner {
       figures.first_contact = contact;
       figures.first_colliding = w;
     }
+  }
+
+  // Marks the waypoints of a section at which the head touches something.
+  std::vector<char> touching_heads(const PlacedPaths& placed, const ArmSection& section, Index at) const {
+    std::vector<Deposit::HeadPose> poses;
+    std::vector<std::size_t> open;
+    std::vector<char> marks(section.points.size(), 0);
+    for (std::size_t w = 0; w < marks.size(); ++w) {
+      const DraftPoint& draft = section.points[w].draft;
+      if (draft.point != kNone) at = draft.point;
+      if (placed.knows_free(draft)) continue;
+      marks[w] = !cell_.head_above_table(draft.tip, draft.axis);
+      open.push_back(w);
+      poses.push_back(head_pose(placed, draft.tip, draft.axis, at));
+    }
+    std::vector<char> touches(poses.size());
+    deposit_.touches_head(cell_.head(), poses, 0.0, touches);
+    for (std::size_t i = 0; i < open.size(); ++i) marks[open[i]] = marks[open[i]] || touches[i];
+    return marks;
   }
 
   void add_figures(const PlacedPaths& placed, const ArmSection& section, const PathMotion& chain, const ChainFigures& figures) {

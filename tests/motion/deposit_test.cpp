@@ -195,6 +195,34 @@ TEST(Deposit, GapsOfPosesTogetherMatchBruteForce) {
   EXPECT_GT(inside, 100);
 }
 
+// Parts that are put behind each other are one deposit: contacts have the points of the whole.
+TEST(Deposit, PartsAppendedAnswerAsTheWhole) {
+  const Scene scene = random_scene();
+  const auto points = std::span(scene.toolpaths.points);
+  const auto tips = std::span(scene.tips);
+  Deposit joined(1e6);
+  for (std::size_t begin = 0; begin < scene.toolpaths.paths.size(); begin += 7) {
+    Deposit part(1e6);
+    for (std::size_t p = begin; p < std::min(begin + 7, scene.toolpaths.paths.size()); ++p) {
+      const Path& path = scene.toolpaths.paths[p];
+      const auto first = static_cast<std::size_t>(path.first_point), count = static_cast<std::size_t>(path.point_count);
+      part.add_path(points.subspan(first, count), tips.subspan(first, count));
+    }
+    joined.append(std::move(part));
+  }
+  joined.finish();
+  ASSERT_EQ(joined.size(), scene.deposit.size());
+  const HeadShape head{Tool{}};
+  for (Index before = 0; before < static_cast<Index>(scene.tips.size()); before += 9) {
+    const Vec3 tip(0.02 * before - 8.0, 3.0, 12.0);
+    Contact contact, expected;
+    const bool touches = scene.deposit.touches_head(head, tip, Vec3::UnitZ(), 0.5, 0.2, before, &expected);
+    ASSERT_EQ(joined.touches_head(head, tip, Vec3::UnitZ(), 0.5, 0.2, before, &contact), touches);
+    EXPECT_EQ(contact.point, expected.point);
+    EXPECT_EQ(joined.top_before(before), scene.deposit.top_before(before));
+  }
+}
+
 TEST(Deposit, CapsuleContactMatchesBruteForce) {
   const Scene scene = random_scene();
   std::mt19937 random(9);
