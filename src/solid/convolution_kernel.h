@@ -52,10 +52,9 @@ inline double ConvolutionSolid::Kernel::most_in_ball(const Vec3& centre, double 
   return contribution(nearest * nearest, std::clamp(0.5 * length, along - radius, along + radius), scale);
 }
 
-inline double ConvolutionSolid::Kernel::distance2(const Vec3& p) const {
+inline Vec3 ConvolutionSolid::Kernel::from_strut(const Vec3& p) const {
   const Vec3 offset = p - a;
-  const double along = offset.dot(direction), beside = along - std::clamp(along, 0.0, length);
-  return offset.squaredNorm() - along * along + beside * beside;
+  return offset - std::clamp(offset.dot(direction), 0.0, length) * direction;
 }
 
 inline double ConvolutionSolid::Kernel::at(const Vec3& p, double scale) const {
@@ -66,7 +65,7 @@ inline double ConvolutionSolid::Kernel::at(const Vec3& p, double scale) const {
 
 inline bool ConvolutionSolid::Kernel::reaches(const Vec3& centre, double radius) const {
   const double limit = reach + radius + kBoundSlack;
-  return distance2(centre) < limit * limit;
+  return from_strut(centre).squaredNorm() < limit * limit;
 }
 
 }  // namespace curvesup

@@ -23,7 +23,7 @@ constexpr double kConeEdge_mm = 0.4;  // over which a cone fades
 constexpr double kNoCone = std::numeric_limits<double>::infinity();
 constexpr double kMaxCells = 4e6;
 // Cell sizes and margins in mm: the first grid serves value(), the others bounds() of balls up to their margin.
-constexpr double kGrids[][2] = {{1.5, 0.0}, {2.0, 1.0}, {3.0, 2.0}, {6.0, 6.0}, {16.0, 16.0}};
+constexpr double kGrids[][2] = {{1.5, 0.0}, {2.0, 2.0}, {4.0, 4.0}, {16.0, 16.0}};
 
 void check_options(const ConvolutionOptions& options) {
   const double kappa = options.kernel_ratio;
@@ -251,13 +251,12 @@ ConvolutionSolid::Grid ConvolutionSolid::make_grid(double cell, double margin) c
   for (int a = 0; a < 3; ++a) grid.count[a] = static_cast<int>(size[a] / cell) + 1;
   const std::size_t cells = static_cast<std::size_t>(grid.count[0]) * grid.count[1] * grid.count[2];
   grid.first.assign(cells + 1, 0);
-  // The half diagonal of a cell turns the distance of its centre into one that holds for all of it.
-  const double cell_reach = 0.5 * std::sqrt(3.0) * cell + margin + kBoundSlack;
-  std::vector<std::pair<Index, Index>> visits;  // cell, strut
+  std::vector<Index> cells_of_struts;
+  std::vector<std::size_t> end_of(kernels_.size());
   for (std::size_t s = 0; s < kernels_.size(); ++s) {
     const Kernel& k = kernels_[s];
     const Vec3 b = k.a + k.length * k.direction;
-    const double reach = k.reach + cell_reach;
+    const double reach = k.reach + margin + kBoundSlack, widest = reach + 0.5 * std::sqrt(3.0) * cell;
     int from[3], to[3];
     for (int a = 0; a < 3; ++a) {
       from[a] = std::max(0, static_cast<int>(std::floor((std::min(k.a[a], b[a]) - reach - grid.low[a]) / cell)));
@@ -268,17 +267,25 @@ ConvolutionSolid::Grid ConvolutionSolid::make_grid(double cell, double margin) c
       for (int y = from[1]; y <= to[1]; ++y) {
         for (int x = from[0]; x <= to[0]; ++x) {
           const Vec3 centre = grid.low + cell * Vec3(x + 0.5, y + 0.5, z + 0.5);
-          if (k.distance2(centre) > reach * reach) continue;
-          visits.emplace_back((z * grid.count[1] + y) * grid.count[0] + x, static_cast<Index>(s));
+          const Vec3 away = k.from_strut(centre);
+          const double distance2 = away.squaredNorm();
+          if (distance2 > widest * widest) continue;
+          // The cell ends before a plane across the way to the strut that keeps the reach off.
+          const double distance = std::sqrt(distance2), extent = 0.5 * cell * away.lpNorm<1>();
+          if (distance2 - extent > reach * distance) continue;
+          cells_of_struts.push_back((z * grid.count[1] + y) * grid.count[0] + x);
         }
       }
     }
+    end_of[s] = cells_of_struts.size();
   }
-  for (const auto& [c, s] : visits) ++grid.first[c + 1];
+  for (const Index c : cells_of_struts) ++grid.first[c + 1];
   for (std::size_t c = 1; c < grid.first.size(); ++c) grid.first[c] += grid.first[c - 1];
   grid.struts.resize(grid.first.back());
   std::vector<Index> next(grid.first.begin(), grid.first.end() - 1);
-  for (const auto& [c, s] : visits) grid.struts[next[c]++] = s;
+  for (std::size_t s = 0, i = 0; s < end_of.size(); ++s) {
+    for (; i < end_of[s]; ++i) grid.struts[next[cells_of_struts[i]]++] = static_cast<Index>(s);
+  }
   return grid;
 }
 

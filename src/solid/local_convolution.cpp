@@ -33,6 +33,7 @@ void ConvolutionSolid::Local::focus(const Vec3& centre, double radius) {
   for (const Index s : solid_.near(centre, radius)) {
     if (solid_.kernels_[s].reaches(centre, radius)) near_.push_back(s);
   }
+  without_cone_ = std::lower_bound(near_.begin(), near_.end(), solid_.first_cone_) - near_.begin();
   rows_ = (near_.size() + kLanes - 1) / kLanes * kLanes;
   table_.assign(rows_ * kColumns, 0.0);  // a kernel without reach adds nothing
   contribution_.resize(rows_);
@@ -48,9 +49,9 @@ double ConvolutionSolid::Local::value(const Vec3& p) {
   if (!covers(p, 0.0)) return solid_.value(p);
   contributions(table_.data(), rows_, p.data(), solid_.scale_, contribution_.data());
   double sum = 0.0;
-  for (std::size_t i = 0; i < near_.size(); ++i) {
-    const bool whole = near_[i] < solid_.first_cone_ || contribution_[i] == 0.0;
-    sum += whole ? contribution_[i] : solid_.contribution(near_[i], p);
+  for (std::size_t i = 0; i < without_cone_; ++i) sum += contribution_[i];
+  for (std::size_t i = without_cone_; i < near_.size(); ++i) {
+    if (contribution_[i] > 0.0) sum += solid_.contribution(near_[i], p);
   }
   return solid_.feet_.empty() ? sum - 1.0 : std::max(sum - 1.0, solid_.foot_value(p));
 }

@@ -22,8 +22,8 @@ class ConvolutionSolid::Local : public LocalSolid {
   enum Column { kStartX, kStartY, kStartZ, kDirectionX, kDirectionY, kDirectionZ, kLength, kReach2, kInverseReach2, kColumns };
 
   const ConvolutionSolid& solid_;
-  std::vector<Index> near_;
-  std::size_t rows_ = 0;
+  std::vector<Index> near_;        // ascending, so those with a cone come last
+  std::size_t without_cone_ = 0, rows_ = 0;
   std::vector<double> table_, contribution_;
 };
 

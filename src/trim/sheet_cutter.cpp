@@ -14,9 +14,10 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // Samples may be as far apart as this part of the radius of the thinnest strut near them.
 constexpr double kEdgePerRadius = 0.6;
-// Between samples so many steps apart that are inside, and whose middle is, everything counts as inside: struts are convex,
-// so all that this can overlook is a notch or a hole narrower than that.
-constexpr int kInsideIntervals = 4;
+// Between samples so many steps apart that all have such a value, their middle among them, everything counts as inside: struts
+// are convex, so all that this can overlook is a notch or a hole narrower than that and deep in the solid.
+constexpr int kInsideIntervals = 8;
+constexpr double kWellInside = 1.0;
 constexpr int kMaxIntervals = 2048;
 // Cuts of edges, and what of the border is drawn inside a triangle.
 constexpr double kCutTolerance_mm = 2e-4, kRootTolerance_mm = 1e-3;
@@ -139,6 +140,8 @@ const SheetCutter::Edge& SheetCutter::edge(Index a, Index b) {
     const double at = length > 0.0 ? (vertices_[v] - start).norm() / length * n - i : 0.5;
     cuts_.push_back({(i + std::clamp(at, 1e-9, 1.0 - 1e-9)) / n, v});
   }
+  edge.first_sample = samples_.size();
+  samples_.insert(samples_.end(), edge_value_.begin(), edge_value_.begin() + n + 1);
   edge.cut_count = static_cast<Index>(cuts_.size()) - edge.first_cut;
   if (edge.cut_count > 0) {
     edge.side = EdgeSide::mixed;
@@ -163,7 +166,7 @@ void SheetCutter::sample_edge(const Vec3& start, const Vec3& step, int low, int 
   if (ends_outside && solid_->surely_outside(centre, 0.5 * (high - low) * step.norm())) return fill(0);
   edge_value_[middle] = solid_->value(centre);
   edge_side_[middle] = edge_value_[middle] >= 0.0;
-  if (ends_inside && edge_side_[middle] == 1 && high - low <= kInsideIntervals) return fill(1);
+  if (ends_inside && high - low <= kInsideIntervals && std::min({edge_value_[low], edge_value_[middle], edge_value_[high]}) >= kWellInside) return fill(1);
   sample_edge(start, step, low, middle);
   sample_edge(start, step, middle, high);
 }
@@ -225,9 +228,6 @@ void SheetCutter::start_lattice(const Corners& t, int n) {
   lattice_.side.assign(nodes, kUnknownSide);
   lattice_.value.assign(nodes, kUnknown);
   lattice_.crossing.assign(nodes, {kNone, kNone, kNone});
-  lattice_.value[lattice_.at(0, 0)] = value_[t[0]];
-  lattice_.value[lattice_.at(n, 0)] = value_[t[1]];
-  lattice_.value[lattice_.at(0, n)] = value_[t[2]];
 
   const double ab = (b - a).norm(), ac = (c - a).norm();
   frame_x_ = ab > 0.0 ? Vec3((b - a) / ab) : ac > 0.0 ? Vec3((c - a) / ac) : Vec3(Vec3::UnitX());
@@ -243,7 +243,7 @@ void SheetCutter::start_lattice(const Corners& t, int n) {
 // Puts the sides of an edge's nodes and its cuts into the lattice, and its ends and cuts into the perimeter.
 void SheetCutter::take_edge(const Corners& t, int corner, const Edge& edge) {
   const Index from = t[corner], to = t[(corner + 1) % 3];
-  const int n = lattice_.n;
+  const int n = lattice_.n, stride = n / edge.intervals;
   const auto node = [&](int i) -> Node {
     return corner == 0 ? Node{i, 0} : corner == 1 ? Node{n - i, i} : Node{0, n - i};
   };
@@ -268,6 +268,9 @@ void SheetCutter::take_edge(const Corners& t, int corner, const Edge& edge) {
     }
     const Node here = node(i);
     lattice_.side[lattice_.at(here.i, here.j)] = side;
+    if (i % stride != 0) continue;
+    const int sample = i / stride;
+    lattice_.value[lattice_.at(here.i, here.j)] = samples_[edge.first_sample + (from < to ? sample : edge.intervals - sample)];
   }
 }
 
@@ -296,7 +299,10 @@ void SheetCutter::sample_lattice(Node p, Node q, Node r) {
   for (const Node& node : {pq, qr, rp}) {
     if (side(node) == kUnknownSide) side(node) = lattice_value(node) >= 0.0;
   }
-  if (size <= kInsideIntervals && corners_inside + side(pq) + side(qr) + side(rp) == 6) return fill(1);
+  if (size <= kInsideIntervals && corners_inside + side(pq) + side(qr) + side(rp) == 6) {
+    const std::array<Node, 6> nodes = {p, q, r, pq, qr, rp};
+    if (std::all_of(nodes.begin(), nodes.end(), [&](const Node& node) { return lattice_value(node) >= kWellInside; })) return fill(1);
+  }
   sample_lattice(p, pq, rp);
   sample_lattice(pq, q, qr);
   sample_lattice(rp, qr, r);

@@ -49,6 +49,7 @@ class SheetCutter {
     double step = 0.0;  // wanted length of an interval, here and in its triangles
     int intervals = 1;  // at whose ends it was sampled; a power of two
     Index first_cut = 0, cut_count = 0;
+    std::size_t first_sample = 0;  // intervals + 1 values, from the end with the lower id; NaN: not asked for
   };
   struct Cut {
     double at;  // in (0, 1), from the end with the lower id
@@ -106,6 +107,7 @@ class SheetCutter {
   EdgeMap edge_of_;
   std::vector<Edge> edges_;
   std::vector<Cut> cuts_;
+  std::vector<double> samples_;
   double cut_away_ = 0.0;
 
   // Of the edge and the triangle at hand.

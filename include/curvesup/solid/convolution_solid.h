@@ -84,7 +84,7 @@ class ConvolutionSolid : public Solid {
     double length, reach;  // R
     // F_e for a point at distance sqrt(distance2) from the strut's line, `along` from its start; scale = 16 w.
     [[nodiscard]] double contribution(double distance2, double along, double scale) const;
-    [[nodiscard]] double distance2(const Vec3& p) const;  // from the strut
+    [[nodiscard]] Vec3 from_strut(const Vec3& p) const;  // from its nearest point
     [[nodiscard]] double most_in_ball(const Vec3& centre, double radius, double scale) const;
     [[nodiscard]] double least_in_ball(const Vec3& centre, double radius, double scale) const;
     [[nodiscard]] double at(const Vec3& p, double scale) const;
