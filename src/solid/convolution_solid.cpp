@@ -23,7 +23,7 @@ constexpr double kConeEdge_mm = 0.4;  // over which a cone fades
 constexpr double kNoCone = std::numeric_limits<double>::infinity();
 constexpr double kMaxCells = 4e6;
 // Cell sizes and margins in mm: the first grid serves value(), the others bounds() of balls up to their margin.
-constexpr double kGrids[][2] = {{1.5, 0.0}, {2.0, 2.0}, {4.0, 4.0}, {16.0, 16.0}};
+constexpr double kGrids[][2] = {{1.5, 0.0}, {2.0, 2.0}, {6.0, 4.0}, {24.0, 16.0}};
 
 void check_options(const ConvolutionOptions& options) {
   const double kappa = options.kernel_ratio;
@@ -251,8 +251,10 @@ ConvolutionSolid::Grid ConvolutionSolid::make_grid(double cell, double margin) c
   for (int a = 0; a < 3; ++a) grid.count[a] = static_cast<int>(size[a] / cell) + 1;
   const std::size_t cells = static_cast<std::size_t>(grid.count[0]) * grid.count[1] * grid.count[2];
   grid.first.assign(cells + 1, 0);
-  std::vector<Index> cells_of_struts;
-  std::vector<std::size_t> end_of(kernels_.size());
+  struct Row {
+    Index first, last, strut;  // cells
+  };
+  std::vector<Row> rows;
   for (std::size_t s = 0; s < kernels_.size(); ++s) {
     const Kernel& k = kernels_[s];
     const Vec3 b = k.a + k.length * k.direction;
@@ -263,28 +265,30 @@ ConvolutionSolid::Grid ConvolutionSolid::make_grid(double cell, double margin) c
       to[a] = std::min(grid.count[a] - 1,
                        static_cast<int>(std::floor((std::max(k.a[a], b[a]) + reach - grid.low[a]) / cell)));
     }
+    const auto reaches_into = [&](int x, int y, int z) {
+      const Vec3 away = k.from_strut(grid.low + cell * Vec3(x + 0.5, y + 0.5, z + 0.5));
+      const double distance2 = away.squaredNorm();
+      // A cell ends before the plane across the way to the strut that keeps the reach off.
+      return distance2 <= widest * widest && distance2 - 0.5 * cell * away.lpNorm<1>() <= reach * std::sqrt(distance2);
+    };
     for (int z = from[2]; z <= to[2]; ++z) {
       for (int y = from[1]; y <= to[1]; ++y) {
-        for (int x = from[0]; x <= to[0]; ++x) {
-          const Vec3 centre = grid.low + cell * Vec3(x + 0.5, y + 0.5, z + 0.5);
-          const Vec3 away = k.from_strut(centre);
-          const double distance2 = away.squaredNorm();
-          if (distance2 > widest * widest) continue;
-          // The cell ends before a plane across the way to the strut that keeps the reach off.
-          const double distance = std::sqrt(distance2), extent = 0.5 * cell * away.lpNorm<1>();
-          if (distance2 - extent > reach * distance) continue;
-          cells_of_struts.push_back((z * grid.count[1] + y) * grid.count[0] + x);
-        }
+        int low = from[0], high = to[0];
+        while (low <= high && !reaches_into(low, y, z)) ++low;
+        while (high > low && !reaches_into(high, y, z)) --high;
+        const Index row = (z * grid.count[1] + y) * grid.count[0];
+        if (low <= high) rows.push_back({row + low, row + high, static_cast<Index>(s)});
       }
     }
-    end_of[s] = cells_of_struts.size();
   }
-  for (const Index c : cells_of_struts) ++grid.first[c + 1];
+  for (const Row& row : rows) {
+    for (Index c = row.first; c <= row.last; ++c) ++grid.first[c + 1];
+  }
   for (std::size_t c = 1; c < grid.first.size(); ++c) grid.first[c] += grid.first[c - 1];
   grid.struts.resize(grid.first.back());
   std::vector<Index> next(grid.first.begin(), grid.first.end() - 1);
-  for (std::size_t s = 0, i = 0; s < end_of.size(); ++s) {
-    for (; i < end_of[s]; ++i) grid.struts[next[cells_of_struts[i]]++] = static_cast<Index>(s);
+  for (const Row& row : rows) {
+    for (Index c = row.first; c <= row.last; ++c) grid.struts[next[c]++] = row.strut;
   }
   return grid;
 }
@@ -345,8 +349,18 @@ std::span<const Index> ConvolutionSolid::near(const Vec3& centre, double radius)
 
 std::unique_ptr<LocalSolid> ConvolutionSolid::local() const { return std::make_unique<Local>(*this); }
 
+bool ConvolutionSolid::feet_outside(const Vec3& centre, double radius) const {
+  return std::all_of(feet_.begin(), feet_.end(), [&](const Foot& foot) {
+    return foot.value(centre) + foot.lipschitz() * radius + kBoundSlack < 0.0;
+  });
+}
+
 bool ConvolutionSolid::surely_outside(const Vec3& centre, double radius) const {
-  return surely_outside(near(centre, radius), centre, radius);
+  double high = kBoundSlack;
+  for (const Index s : near(centre, radius)) {
+    if ((high += kernels_[s].most_in_ball(centre, radius, scale_)) >= 1.0) return false;
+  }
+  return feet_outside(centre, radius);
 }
 
 bool ConvolutionSolid::surely_inside(const Vec3& centre, double radius) const {
@@ -355,16 +369,6 @@ bool ConvolutionSolid::surely_inside(const Vec3& centre, double radius) const {
 
 double ConvolutionSolid::thinnest_radius(const Vec3& centre, double radius, double enough) const {
   return thinnest_radius(near(centre, radius), centre, radius, enough);
-}
-
-bool ConvolutionSolid::surely_outside(std::span<const Index> near, const Vec3& centre, double radius) const {
-  double high = kBoundSlack;
-  for (const Index s : near) {
-    if ((high += kernels_[s].most_in_ball(centre, radius, scale_)) >= 1.0) return false;
-  }
-  return std::all_of(feet_.begin(), feet_.end(), [&](const Foot& foot) {
-    return foot.value(centre) + foot.lipschitz() * radius + kBoundSlack < 0.0;
-  });
 }
 
 bool ConvolutionSolid::surely_inside(std::span<const Index> near, const Vec3& centre, double radius) const {

@@ -1,6 +1,6 @@
 #include "solid/local_convolution.h"
 
-#include <limits>
+#include <algorithm>
 
 #include "solid/convolution_kernel.h"
 
@@ -10,18 +10,37 @@ namespace {
 
 constexpr std::size_t kLanes = 4;
 
-// What each of the kernels in the columns of a table adds at a point. The same operations in the same order, however many
-// are done at once: so the same bits.
-__attribute__((target_clones("avx2", "default"), optimize("O3"))) void contributions(
-    const double* __restrict table, std::size_t rows, const double* __restrict p, double scale, double* __restrict out) {
+// The columns of a table.
+struct Columns {
+  const double *ax, *ay, *az, *dx, *dy, *dz, *length, *reach2, *inverse_reach2;
+  Columns(const std::vector<double>& table, std::size_t rows)
+      : ax(table.data()), ay(ax + rows), az(ay + rows), dx(az + rows), dy(dx + rows), dz(dy + rows), length(dz + rows), reach2(length + rows), inverse_reach2(reach2 + rows) {}
+};
+
+// What each kernel adds at a point. The same operations in the same order, however many are done at once: so the same bits.
+__attribute__((target_clones("avx2", "default"), optimize("O3"))) void contributions(const Columns& k, std::size_t rows, const double* p,
+                                                                                     double scale, double* __restrict out) {
   const double x = p[0], y = p[1], z = p[2];
-  const double *ax = table, *ay = ax + rows, *az = ay + rows, *dx = az + rows, *dy = dx + rows, *dz = dy + rows,
-               *length = dz + rows, *reach2 = length + rows, *inverse_reach2 = reach2 + rows;
   for (std::size_t i = 0; i < rows; ++i) {
-    const double ox = x - ax[i], oy = y - ay[i], oz = z - az[i];
-    const double along = ox * dx[i] + oy * dy[i] + oz * dz[i];
+    const double ox = x - k.ax[i], oy = y - k.ay[i], oz = z - k.az[i];
+    const double along = ox * k.dx[i] + oy * k.dy[i] + oz * k.dz[i];
     const double distance2 = ox * ox + oy * oy + oz * oz - along * along;
-    out[i] = chord_contribution(reach2[i] - distance2, along, length[i], inverse_reach2[i], scale);
+    out[i] = chord_contribution(k.reach2[i] - distance2, along, k.length[i], k.inverse_reach2[i], scale);
+  }
+}
+
+// The most that each kernel adds in a ball, as Kernel::most_in_ball.
+__attribute__((target_clones("avx2", "default"), optimize("O3"))) void most_in_ball(const Columns& k, std::size_t rows, const double* p, double radius,
+                                                                                    double scale, double* __restrict out) {
+  const double x = p[0], y = p[1], z = p[2];
+  for (std::size_t i = 0; i < rows; ++i) {
+    const double ox = x - k.ax[i], oy = y - k.ay[i], oz = z - k.az[i];
+    const double along = ox * k.dx[i] + oy * k.dy[i] + oz * k.dz[i];
+    const double distance2 = ox * ox + oy * oy + oz * oz - along * along;
+    const double beside = __builtin_sqrt(distance2 > 0.0 ? distance2 : 0.0) - radius, nearest = beside > 0.0 ? beside : 0.0;
+    const double middle = 0.5 * k.length[i], low = along - radius, high = along + radius;
+    const double foot = middle < low ? low : high < middle ? high : middle;
+    out[i] = chord_contribution(k.reach2[i] - nearest * nearest, foot, k.length[i], k.inverse_reach2[i], scale);
   }
 }
 
@@ -31,7 +50,7 @@ void ConvolutionSolid::Local::focus(const Vec3& centre, double radius) {
   LocalSolid::focus(centre, radius);
   near_.clear();
   for (const Index s : solid_.near(centre, radius)) {
-    if (solid_.kernels_[s].reaches(centre, radius)) near_.push_back(s);
+    if (solid_.kernels_[s].reaches(centre, (1.0 + kRounding) * radius)) near_.push_back(s);
   }
   without_cone_ = std::lower_bound(near_.begin(), near_.end(), solid_.first_cone_) - near_.begin();
   rows_ = (near_.size() + kLanes - 1) / kLanes * kLanes;
@@ -46,8 +65,8 @@ void ConvolutionSolid::Local::focus(const Vec3& centre, double radius) {
 }
 
 double ConvolutionSolid::Local::value(const Vec3& p) {
-  if (!covers(p, 0.0)) return solid_.value(p);
-  contributions(table_.data(), rows_, p.data(), solid_.scale_, contribution_.data());
+  if (!in_focus(p)) return solid_.value(p);
+  contributions({table_, rows_}, rows_, p.data(), solid_.scale_, contribution_.data());
   double sum = 0.0;
   for (std::size_t i = 0; i < without_cone_; ++i) sum += contribution_[i];
   for (std::size_t i = without_cone_; i < near_.size(); ++i) {
@@ -56,18 +75,18 @@ double ConvolutionSolid::Local::value(const Vec3& p) {
   return solid_.feet_.empty() ? sum - 1.0 : std::max(sum - 1.0, solid_.foot_value(p));
 }
 
-bool ConvolutionSolid::Local::surely_outside(const Vec3& centre, double radius) const {
-  if (!covers(centre, radius)) return solid_.surely_outside(centre, radius);
-  return solid_.surely_outside(near_, centre, radius);
+bool ConvolutionSolid::Local::surely_outside(const Vec3& centre, double radius) {
+  most_in_ball({table_, rows_}, rows_, centre.data(), radius, solid_.scale_, contribution_.data());
+  double high = kBoundSlack;
+  for (std::size_t i = 0; i < near_.size(); ++i) high += contribution_[i];
+  return high < 1.0 && solid_.feet_outside(centre, radius);
 }
 
 bool ConvolutionSolid::Local::surely_inside(const Vec3& centre, double radius) const {
-  if (!covers(centre, radius)) return solid_.surely_inside(centre, radius);
   return solid_.surely_inside(near_, centre, radius);
 }
 
 double ConvolutionSolid::Local::thinnest_radius(const Vec3& centre, double radius, double enough) const {
-  if (!covers(centre, radius)) return solid_.thinnest_radius(centre, radius, enough);
   return solid_.thinnest_radius(near_, centre, radius, enough);
 }
 

@@ -14,7 +14,7 @@ class ConvolutionSolid::Local : public LocalSolid {
 
   void focus(const Vec3& centre, double radius) override;
   [[nodiscard]] double value(const Vec3& p) override;
-  [[nodiscard]] bool surely_outside(const Vec3& centre, double radius) const override;
+  [[nodiscard]] bool surely_outside(const Vec3& centre, double radius) override;
   [[nodiscard]] bool surely_inside(const Vec3& centre, double radius) const override;
   [[nodiscard]] double thinnest_radius(const Vec3& centre, double radius, double enough) const override;
 

@@ -113,6 +113,7 @@ const SheetCutter::Edge& SheetCutter::edge(Index a, Index b) {
   const Index low = std::min(a, b), high = std::max(a, b);
   const Vec3 start = vertices_[low], along = vertices_[high] - start;
   const double length = along.norm();
+  if (!solid_->in_focus(start) || !solid_->in_focus(vertices_[high])) solid_->focus(start + 0.5 * along, 0.5 * length);
   Edge edge;
   // Steps so short that no strut that reaches the ball around the edge slips through between samples.
   edge.step = edge_length_;

@@ -116,6 +116,7 @@ class ConvolutionSolid : public Solid {
   void add_feet(const Skeleton& skeleton, const ConvolutionOptions& options);
   [[nodiscard]] Grid make_grid(double cell, double margin) const;
   [[nodiscard]] double foot_value(const Vec3& p) const;
+  [[nodiscard]] bool feet_outside(const Vec3& centre, double radius) const;
   [[nodiscard]] const Grid* grid_for(double radius) const;
   [[nodiscard]] double contribution(Index strut, const Vec3& p) const;
   // The sum over struts in ascending order; it may end as soon as it has reached `enough`.
@@ -124,7 +125,6 @@ class ConvolutionSolid : public Solid {
   // All struts that may reach into the ball, and others.
   [[nodiscard]] std::span<const Index> near(const Vec3& centre, double radius) const;
   // The same questions as above, by the struts that may reach into the ball.
-  [[nodiscard]] bool surely_outside(std::span<const Index> near, const Vec3& centre, double radius) const;
   [[nodiscard]] bool surely_inside(std::span<const Index> near, const Vec3& centre, double radius) const;
   [[nodiscard]] double thinnest_radius(std::span<const Index> near, const Vec3& centre, double radius, double enough) const;
 

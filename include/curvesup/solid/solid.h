@@ -39,7 +39,8 @@ class Solid {
   [[nodiscard]] virtual std::unique_ptr<LocalSolid> local() const;
 };
 
-// The solid as seen by one thread near one place: the same answers, sooner where they are about the ball that is in focus.
+// The solid as seen by one thread near one place: the same answers, sooner. value() is right everywhere; the other questions
+// are about what of their ball lies in the ball that is in focus.
 class LocalSolid {
  public:
   explicit LocalSolid(const Solid& solid) : solid_(solid) {}
@@ -47,25 +48,23 @@ class LocalSolid {
 
   virtual void focus(const Vec3& centre, double radius) {
     centre_ = centre;
-    radius_ = radius;
+    radius2_ = radius * radius * (1.0 + kRounding);
   }
+  [[nodiscard]] bool in_focus(const Vec3& p) const { return (p - centre_).squaredNorm() <= radius2_; }
   [[nodiscard]] virtual double value(const Vec3& p) { return solid_.value(p); }
-  [[nodiscard]] virtual bool surely_outside(const Vec3& centre, double radius) const { return solid_.surely_outside(centre, radius); }
+  [[nodiscard]] virtual bool surely_outside(const Vec3& centre, double radius) { return solid_.surely_outside(centre, radius); }
   [[nodiscard]] virtual bool surely_inside(const Vec3& centre, double radius) const { return solid_.surely_inside(centre, radius); }
   [[nodiscard]] virtual double thinnest_radius(const Vec3& centre, double radius, double enough) const {
     return solid_.thinnest_radius(centre, radius, enough);
   }
 
  protected:
-  [[nodiscard]] bool covers(const Vec3& centre, double radius) const {
-    const double left = radius_ - radius;
-    return left >= 0.0 && (centre - centre_).squaredNorm() <= left * left;
-  }
+  static constexpr double kRounding = 1e-9;  // relative; of points on the border of the focus
 
  private:
   const Solid& solid_;
   Vec3 centre_ = Vec3::Zero();
-  double radius_ = -1.0;
+  double radius2_ = -1.0;
 };
 
 inline std::unique_ptr<LocalSolid> Solid::local() const { return std::make_unique<LocalSolid>(*this); }
