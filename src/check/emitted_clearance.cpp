@@ -182,6 +182,10 @@ class ClearanceCheck {
   // What is laid: the tops of beads lie where the nozzle's tip passes.
   std::vector<Grain> grains() {
     std::vector<Grain> grains;
+    // About as many as millimetres and moves; what is not used costs no memory.
+    double length_mm = 0.0;
+    for (std::size_t i = 0; i < programs_.job.moves.size(); ++i) length_mm += programs_.job.length_mm(i);
+    grains.reserve(programs_.job.moves.size() + static_cast<std::size_t>(length_mm / kGrain_mm));
     double passed = 0.0;
     int path = -1;
     for (const Chain& chain : programs_.chains) {

@@ -153,6 +153,7 @@ CheckOutputResult check_output(const fs::path& out_folder, const Machine& machin
     run.progress(0.7);
     const std::vector<PathBead> beads = std::move(source.beads);
     check_paths(programs, std::move(source), machine, run, findings, result.figures);
+    release_free_memory();
     run.progress(0.8);
     check_clearance(programs, beads, machine, run, findings);
   }

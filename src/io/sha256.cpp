@@ -5,7 +5,7 @@
 #include <array>
 
 #include "curvesup/core/error.h"
-#include "curvesup/io/text_file.h"
+#include "curvesup/io/file_reader.h"
 
 namespace curvesup {
 
@@ -43,6 +43,16 @@ std::string sha256_hex(std::string_view bytes) {
   return hash.hex();
 }
 
-std::string sha256_of_file(const std::filesystem::path& path) { return sha256_hex(read_file(path)); }
+std::string sha256_of_file(const std::filesystem::path& path) {
+  const FileReader file(path);
+  Sha256 hash;
+  std::string block(1 << 20, '\0');
+  std::uint64_t at = 0;
+  for (std::size_t got = block.size(); got == block.size(); at += got) {
+    got = file.read(at, block.data(), block.size());
+    hash.add(std::string_view(block).substr(0, got));
+  }
+  return hash.hex();
+}
 
 }  // namespace curvesup

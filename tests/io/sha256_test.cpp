@@ -24,6 +24,10 @@ TEST(Sha256, PublishedVectors) {
 TEST(Sha256, OfAFile) {
   const TempFolder folder;
   EXPECT_EQ(sha256_of_file(folder.write("f", "abc")), sha256_hex("abc"));
+  for (const std::size_t size : {std::size_t{0}, std::size_t{1} << 20, std::size_t{2500001}}) {
+    const std::string large(size, 'x');
+    EXPECT_EQ(sha256_of_file(folder.write("g", large)), sha256_hex(large)) << size;
+  }
   expect_error(ErrorKind::input, {"nothing_here"}, [&] { (void)sha256_of_file(folder.path() / "nothing_here"); });
 }
 
