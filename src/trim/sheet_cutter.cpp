@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // Samples may be as far apart as this part of the radius of the thinnest strut near them.
-constexpr double kEdgePerRadius = 0.6;
+constexpr double kEdgePerRadius = 0.5;
 // Between samples so many steps apart that all have such a value, their middle among them, everything counts as inside: struts
 // are convex, so all that this can overlook is a notch or a hole narrower than that and deep in the solid.
 constexpr int kInsideIntervals = 8;

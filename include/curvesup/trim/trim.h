@@ -11,7 +11,7 @@
 namespace curvesup {
 
 struct TrimOptions {
-  // Longest step between samples of the solid, or 0.6 times the radius of the thinnest strut that reaches there where that
+  // Longest step between samples of the solid, or half the radius of the thinnest strut that reaches there where that
   // is more. Cut points lie on the surface whatever this is.
   double edge_length_mm = 0.4;
   double min_piece_area_mm2 = 0.32;  // smaller pieces are removed and listed; half a squared bead
