@@ -20,6 +20,7 @@ using Json = nlohmann::ordered_json;
 // How far the drawing may leave the truth; grows until the page is small enough.
 struct Detail {
   double path_mm, outline_mm, triangles;
+  double loose = 1.0;      // times as much as at first may tilt, height, width and speed change between drawn points
   std::size_t stride = 1;  // 1: every sheet and path is drawn, n: every n-th
 };
 
@@ -255,9 +256,10 @@ class PathPainter {
     for (Index i = 0; i < path.point_count; ++i) line.push_back(points[i].position);
     const auto differs = [&](Index a, Index b) {
       const float turn = clock_.axis[path.first_point + a].dot(clock_.axis[path.first_point + b]);
-      return turn < 0.992f || std::abs(points[a].height_mm - points[b].height_mm) > 0.08 * most_.height ||
-             std::abs(points[a].width_mm - points[b].width_mm) > 0.15 * most_.width ||
-             (a > 0 && std::abs(points[a].feed_mm_s - points[b].feed_mm_s) > 0.05 * most_.feed);
+      const double loose = detail_.loose;
+      return turn < 1.0 - 0.008 * loose * loose || std::abs(points[a].height_mm - points[b].height_mm) > 0.08 * loose * most_.height ||
+             std::abs(points[a].width_mm - points[b].width_mm) > 0.15 * loose * most_.width ||
+             (a > 0 && std::abs(points[a].feed_mm_s - points[b].feed_mm_s) > 0.05 * loose * most_.feed);
     };
     const std::vector<Index> kept = thin_polyline(line, detail_.path_mm, differs);
     for (const Index i : kept) {
@@ -375,7 +377,7 @@ double expected_bytes(const PreviewInput& input, const PrintClock& clock, Detail
 std::string preview_html(const PreviewInput& input, const PreviewOptions& options, const RunContext& run) {
   // Each round halves the triangles and doubles the tolerances; sixteen rounds leave nothing to coarsen.
   constexpr int kRounds = 16;
-  const auto coarser = [](const Detail& d) { return Detail{2.0 * d.path_mm, 2.0 * d.outline_mm, 0.5 * d.triangles, d.stride}; };
+  const auto coarser = [](const Detail& d) { return Detail{2.0 * d.path_mm, 2.0 * d.outline_mm, 0.5 * d.triangles, 2.0 * d.loose, d.stride}; };
   const PrintClock clock = input.toolpaths ? run_clock(*input.toolpaths, input.motion) : PrintClock{};
   const QuantisedBox box = scene_box(input);
   const Scene fixed = fixed_scene(input, options, clock, box);

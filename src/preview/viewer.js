@@ -1,4 +1,9 @@
 // The page's script. `scene` says what there is, `data` holds the numbers; nothing is fetched.
+//
+// In this order, each under a heading of its own: the data; what is drawn and how (materials, model, layers, skeleton, toolpaths,
+// nozzle, marks), each thing in a make... function that gives three.js objects, made when first shown; the camera; `draw`, which
+// brings all of it into line with `state` and keeps 30 frames a second by levels of detail; the panel and the keys, which do
+// nothing but change `state` and wake the drawing. What the report page says is in report.js.
 (function () {
   'use strict';
   const begun = performance.now();
@@ -838,7 +843,8 @@
   }
   function fitted(azimuth, elevation) {
     const aspect = Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
-    const tall = 0.88 * Math.tan(camera.fov * Math.PI / 360), wide = tall * aspect;
+    const half = Math.tan(camera.fov * Math.PI / 360), wide = 0.88 * half * aspect;
+    const tall = Math.min(0.88, 1 - 88 / Math.max(canvas.clientHeight, 200)) * half;  // the buttons above stay free
     const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
     // Seen along the view: to the right, up, and towards the eye.
     const seen = fitPoints.map(([x, y, z]) => [-sa * x + ca * y, ce * z - se * (ca * x + sa * y), ce * (ca * x + sa * y) + se * z]);

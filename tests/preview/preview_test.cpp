@@ -281,6 +281,23 @@ TEST(PreviewPage, GetsCoarserUntilItIsSmallEnough) {
   EXPECT_LE(preview_html(block.input(), options).size(), options.max_bytes);
 }
 
+// What changes from point to point must not hold all of them.
+TEST(PreviewPage, GetsSmallEnoughHoweverHeightsAndTiltsChange) {
+  Block block;
+  block.toolpaths = shapes::flat_rings(40.0, 60);
+  const PreviewInput input = block.input();
+  const std::size_t even = preview_html(input).size();
+  for (std::size_t i = 0; i < block.toolpaths.points.size(); ++i) {
+    PathPoint& point = block.toolpaths.points[i];
+    point.height_mm = i % 2 ? 0.2 : 0.9;
+    point.normal = Vec3(0.5 * std::sin(0.7 * static_cast<double>(i)), 0, 1).normalized();
+  }
+  EXPECT_GT(preview_html(input).size(), even + 30'000);
+  PreviewOptions options;
+  options.max_bytes = even;
+  EXPECT_LE(preview_html(input, options).size(), options.max_bytes);
+}
+
 TEST(PreviewPage, DoesNotDependOnTheThreads) {
   Block block;
   block.toolpaths = Toolpaths();
