@@ -10,6 +10,7 @@
 #include "curvesup/mesh/triangle_mesh.h"
 #include "curvesup/skeleton/stand_angle.h"
 #include "skeleton/point_grid.h"
+#include "skeleton/resting_part.h"
 #include "skeleton/tet_walk.h"
 
 namespace curvesup {
@@ -20,6 +21,7 @@ constexpr double kLift = 0.02;        // mm above the face at which a blocked le
 constexpr double kArrival = 1e-7;     // mm: how near to its end a segment on the model must come
 constexpr int kGrowthRounds = 4;
 constexpr double kSteepestStand = 0.35;  // n . d_p of a model face on which a branch may stand; steeper ones are walls
+constexpr double kLeastRest = 0.4;       // of each section next to a foot that must lie on something
 
 enum class Drop : std::uint8_t { none, blocked, short_branch, no_platform, left_hull, steep };
 
@@ -54,6 +56,12 @@ struct GrowingNode {
   Index count = 0;           // leaves above
   double lowest_leaf = 0.0;  // smallest G of those leaves
   Drop drop = Drop::none;    // why it has no edge
+};
+
+// What hangs on a node.
+struct Branch {
+  Index count = 1;           // leaves
+  double lowest_leaf = 0.0;  // smallest G of them
 };
 
 // One step down from a node.
@@ -109,9 +117,9 @@ class Grower {
     double angle = -std::numeric_limits<double>::infinity();  // of its cone
     [[nodiscard]] bool broad() const { return angle >= kSlenderestStand; }
   };
-  [[nodiscard]] Stand stand_of(const WalkResult& walk, const Vec3& u, double lowest_leaf) const;
+  [[nodiscard]] Stand stand_of(const WalkResult& walk, const Vec3& u, const Branch& branch) const;
   [[nodiscard]] Index interface_face(Index model_tet, Index support_tet) const;
-  [[nodiscard]] Step drop_node(const Vec3& p, Index tet, const Vec3& u, double value, double lowest_leaf) const;
+  [[nodiscard]] Step drop_node(const Vec3& p, Index tet, const Vec3& u, double value, const Branch& branch) const;
   [[nodiscard]] Vec3 host_direction(Index tet) const;
 
   Index add_node(const WalkResult& walk, Index layer_above);
@@ -222,16 +230,24 @@ Index Grower::interface_face(Index model_tet, Index support_tet) const {
   return kNone;
 }
 
-Grower::Stand Grower::stand_of(const WalkResult& walk, const Vec3& u, double lowest_leaf) const {
+Grower::Stand Grower::stand_of(const WalkResult& walk, const Vec3& u, const Branch& branch) const {
   Stand stand;
   const Index face = interface_face(walk.model_tet, walk.tet);
-  if (face == kNone || lowest_leaf - walk_.value_at(walk.tet, walk.position) < 1.0 / count_) return stand;
+  if (face == kNone || branch.lowest_leaf - walk_.value_at(walk.tet, walk.position) < 1.0 / count_) return stand;
   const auto& v = model_.boundary[face].vertices;
   const Vec3 normal =
       area_normal(model_.mesh.vertices[v[0]], model_.mesh.vertices[v[1]], model_.mesh.vertices[v[2]]).normalized();
   const Vec3 up = print_direction(field_, walk.model_tet);
   stand.allowed = normal.dot(up) > 0.0;
-  if (normal.dot(up) >= kSteepestStand) stand.angle = stand_angle(normal, up, -u);
+  if (normal.dot(up) < kSteepestStand) return stand;
+  stand.angle = stand_angle(normal, up, -u);
+  if (!stand.broad()) return stand;
+  const double radius =
+      std::min(options_.leaf_radius_mm * std::sqrt(static_cast<double>(branch.count)), options_.max_radius_mm);
+  const Foot foot = foot_of(normal, up, -u, radius, options_.leaf_radius_mm);
+  const double part = resting_part(walk_, count_, {walk.position, walk.tet, -u, radius, foot},
+                                   0.5 * options_.bead_width_mm * options_.bead_width_mm);
+  if (part < kLeastRest) stand.angle = part - 1.0;
   return stand;
 }
 
@@ -242,7 +258,7 @@ Vec3 Grower::host_direction(Index tet) const {
 
 // The wanted direction first; where it leads nowhere, directions within the angle, the least bent one first: towards
 // -z, then all around.
-Step Grower::drop_node(const Vec3& p, Index tet, const Vec3& wanted, double value, double lowest_leaf) const {
+Step Grower::drop_node(const Vec3& p, Index tet, const Vec3& wanted, double value, const Branch& branch) const {
   const bool may_stand = options_.model_contact != ModelContact::forbidden;
   const WalkResult straight = walk_.walk(p, tet, wanted, {.value = value});
   const bool straight_allowed = within_angle(straight, wanted);
@@ -252,7 +268,7 @@ Step Grower::drop_node(const Vec3& p, Index tet, const Vec3& wanted, double valu
   std::optional<WalkResult> stands;
   const auto try_stand = [&](const WalkResult& walk, const Vec3& u) {
     if (!may_stand || walk.stop != WalkStop::model) return;
-    const Stand stand = stand_of(walk, u, lowest_leaf);
+    const Stand stand = stand_of(walk, u, branch);
     if (!stand.allowed || (stands && stand.angle <= best.angle)) return;
     stands = walk;
     best = stand;
@@ -360,7 +376,7 @@ void Grower::process_layer(Index k) {
     processed_[host] = 1;
     const GrowingNode& n = nodes_[host];
     const Step step =
-        drop_node(n.node.position, n.node.tet, host_direction(n.node.tet), layer_value(k - 1), n.lowest_leaf);
+        drop_node(n.node.position, n.node.tet, host_direction(n.node.tet), layer_value(k - 1), {n.count, n.lowest_leaf});
     if (step.drop != Drop::none) {
       nodes_[host].drop = step.drop;
       continue;
@@ -390,7 +406,7 @@ std::vector<GrowingNode> Grower::grow(const std::vector<Start>& starts) {
   for (Index i = 0; i < static_cast<Index>(starts.size()); ++i) {
     const Index layer = nodes_[i].node.layer;
     const Step step = drop_node(starts[i].position, starts[i].tet, starts[i].direction, layer_value(layer - 1),
-                                nodes_[i].lowest_leaf);
+                                {1, nodes_[i].lowest_leaf});
     if (step.drop != Drop::none) {
       nodes_[i].drop = step.drop == Drop::short_branch ? Drop::blocked : step.drop;
     } else {

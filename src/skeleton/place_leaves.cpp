@@ -1,17 +1,27 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <optional>
 #include <queue>
+#include <tuple>
 
 #include "curvesup/mesh/triangle_mesh.h"
+#include "curvesup/mesh/triangle_tree.h"
 #include "curvesup/skeleton/grow_skeleton.h"
 #include "skeleton/point_grid.h"
+#include "skeleton/sample_overhang.h"
 
 namespace curvesup {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSamplesPerSpacing = 4.0;
+// In a hexagonal lattice with neighbours sqrt(3) spacings apart every point is within the spacing of a leaf.
+constexpr double kStepsPerSpacing = std::numbers::sqrt3;
+constexpr double kElbowRoom = 0.75;  // lattice steps that a leaf of the lattice keeps from all others
+constexpr double kInset_mm = 1e-3;   // that a leaf keeps from the border of its face
+constexpr double kReach = 2.0;       // spacings beyond which a sample need not know a leaf
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // For each boundary vertex that is asked for, one face around it: an overhang face where there is one.
 std::vector<Index> face_of_vertex(const Model& model, const Overhang& overhang) {
@@ -29,31 +39,6 @@ std::vector<Index> face_of_vertex(const Model& model, const Overhang& overhang) 
   return face;
 }
 
-// A lattice of points strictly inside a triangle, neighbours at most `step` apart, also in needles: rows along the
-// longest edge, each divided on its own.
-template <typename Emit>
-void sample_triangle(std::array<Vec3, 3> corner, double step, Emit&& emit) {
-  int longest = 0;
-  for (int e = 1; e < 3; ++e) {
-    if ((corner[(e + 1) % 3] - corner[e]).squaredNorm() > (corner[(longest + 1) % 3] - corner[longest]).squaredNorm()) {
-      longest = e;
-    }
-  }
-  std::rotate(corner.begin(), corner.begin() + longest, corner.end());
-  const double base = (corner[1] - corner[0]).norm();
-  if (base <= 0.0) return;
-  const double height = area_normal(corner[0], corner[1], corner[2]).norm() / base;
-  const int rows = std::max(1, static_cast<int>(std::ceil(height / step)));
-  for (int r = 0; r < rows; ++r) {
-    const double t = (r + 0.5) / rows;
-    const int columns = std::max(1, static_cast<int>(std::ceil(base * (1.0 - t) / step)));
-    for (int c = 0; c < columns; ++c) {
-      const double s = (c + 0.5) / columns * (1.0 - t);
-      emit(Vec3((1.0 - s - t) * corner[0] + s * corner[1] + t * corner[2]));
-    }
-  }
-}
-
 std::vector<LeafSite> vertex_sites(const Model& model, const std::vector<Index>& vertices,
                                    const std::vector<Vec3>& directions, const std::vector<Index>& face) {
   std::vector<LeafSite> sites;
@@ -64,79 +49,170 @@ std::vector<LeafSite> vertex_sites(const Model& model, const std::vector<Index>&
   return sites;
 }
 
-// Squared distance that counts for coverage: across d_p at the sample, and as far along it at most.
-double coverage_distance2(const LeafSite& sample, const Vec3& leaf) {
+// Squared distance that counts for coverage: across d_p at the sample, and as far along it at most. In single precision,
+// so that what is equal but for rounding is equal.
+float coverage_distance2(const LeafSite& sample, const Vec3& leaf) {
   const Vec3 offset = leaf - sample.position;
   const double along = offset.dot(sample.direction), along2 = along * along;
-  return std::max(offset.squaredNorm() - along2, along2);
+  return static_cast<float>(std::max(offset.squaredNorm() - along2, along2));
 }
 
-// Farthest-point-first choice among samples until all are within `spacing` of a leaf. The samples of one face stand
-// together as a block; the queue holds one entry a block, so stale entries cost a short scan each.
-class FarthestFirst {
+bool comes_first(const Vec3& a, const Vec3& b) {
+  const auto key = [](const Vec3& p) {
+    return std::tuple(std::round(p.z() * 1e6), std::round(p.y() * 1e6), std::round(p.x() * 1e6));
+  };
+  return key(a) < key(b);
+}
+
+std::vector<Vec3> positions_of(const std::vector<LeafSite>& sites) {
+  std::vector<Vec3> result;
+  for (const LeafSite& s : sites) result.push_back(s.position);
+  return result;
+}
+
+// How far each sample is from the nearest leaf. The samples of one face stand together as a block; the queue holds one entry
+// a block, so stale entries cost a short scan each. Equal distances go to the lowest place, not to the first face.
+class Uncovered {
  public:
-  FarthestFirst(const std::vector<LeafSite>& samples, double spacing)
-      : samples_(samples), positions_(positions(samples)), grid_(positions_, spacing), limit2_(spacing * spacing) {
-    distance2_.assign(samples.size(), kInfinity);
+  Uncovered(const std::vector<LeafSite>& samples, double spacing)
+      : samples_(samples), positions_(positions_of(samples)), grid_(positions_, spacing), spacing_(spacing) {
+    distance2_.assign(samples.size(), static_cast<float>(kInfinity));
     for (std::size_t s = 0; s < samples.size(); ++s) {
       if (s == 0 || samples[s].face != samples[s - 1].face) blocks_.push_back(static_cast<Index>(s));
     }
     blocks_.push_back(static_cast<Index>(samples.size()));
+    for (Index b = 0; b + 1 < static_cast<Index>(blocks_.size()); ++b) queue_.push_back(farthest(b));
+    std::make_heap(queue_.begin(), queue_.end(), later);
   }
 
-  // A leaf is there: `reach` bounds the distance at which it can be the nearest.
-  void place(const Vec3& leaf, double reach = kInfinity) {
-    const auto relax = [&](Index s) { distance2_[s] = std::min(distance2_[s], coverage_distance2(samples_[s], leaf)); };
-    if (reach == kInfinity) {
-      for (Index s = 0; s < static_cast<Index>(samples_.size()); ++s) relax(s);
-    } else {
-      grid_.near(leaf, std::sqrt(2.0) * reach, relax);  // the distance is at least 1 / sqrt(2) of the Euclidean one
-    }
+  // A leaf is there.
+  void place(const Vec3& leaf) {
+    // The distance is at least 1 / sqrt(2) of the Euclidean one.
+    grid_.near(leaf, std::sqrt(2.0) * kReach * spacing_, [&](Index s) {
+      distance2_[s] = std::min(distance2_[s], coverage_distance2(samples_[s], leaf));
+    });
   }
 
-  // Ids of the samples that become leaves, in order.
-  std::vector<Index> choose(const RunContext& run) {
-    const auto nearer = [](const Entry& a, const Entry& b) {
-      return a.distance2 != b.distance2 ? a.distance2 < b.distance2 : a.block > b.block;
-    };
-    std::priority_queue<Entry, std::vector<Entry>, decltype(nearer)> queue(nearer);
-    for (Index b = 0; b + 1 < static_cast<Index>(blocks_.size()); ++b) queue.push(farthest(b));
-    std::vector<Index> chosen;
-    while (!queue.empty() && queue.top().distance2 > limit2_) {
-      const Entry entry = queue.top();
-      queue.pop();
-      if (distance2_[entry.sample] == entry.distance2) {  // else a leaf came nearer since this entry was made
-        chosen.push_back(entry.sample);
-        place(samples_[entry.sample].position, std::sqrt(entry.distance2));
-        if (chosen.size() % 256 == 0) run.check_stop();
-      }
-      queue.push(farthest(entry.block));
+  // The sample farthest from all leaves, kNone when all are covered.
+  Index next() {
+    const float limit2 = static_cast<float>(spacing_ * spacing_);
+    while (!queue_.empty() && queue_.front().distance2 > limit2) {
+      std::pop_heap(queue_.begin(), queue_.end(), later);
+      const Entry entry = queue_.back();
+      queue_.back() = farthest(entry.block);
+      std::push_heap(queue_.begin(), queue_.end(), later);
+      if (distance2_[entry.sample] == entry.distance2) return entry.sample;  // else a leaf came nearer meanwhile
     }
-    return chosen;
+    return kNone;
   }
 
  private:
   struct Entry {
-    double distance2;
+    float distance2;
+    Vec3 position;
     Index block, sample;
   };
-  [[nodiscard]] Entry farthest(Index block) const {
-    const auto first = distance2_.begin() + blocks_[block], last = distance2_.begin() + blocks_[block + 1];
-    const auto best = std::max_element(first, last);
-    return {*best, block, static_cast<Index>(best - distance2_.begin())};
+  static bool later(const Entry& a, const Entry& b) {
+    return a.distance2 != b.distance2 ? a.distance2 < b.distance2 : comes_first(b.position, a.position);
   }
-  static std::vector<Vec3> positions(const std::vector<LeafSite>& samples) {
-    std::vector<Vec3> result;
-    for (const LeafSite& s : samples) result.push_back(s.position);
-    return result;
+  [[nodiscard]] Entry farthest(Index block) const {
+    Index best = blocks_[block];
+    for (Index s = best + 1; s < blocks_[block + 1]; ++s) {
+      if (distance2_[s] > distance2_[best] ||
+          (distance2_[s] == distance2_[best] && comes_first(positions_[s], positions_[best]))) {
+        best = s;
+      }
+    }
+    return {distance2_[best], positions_[best], block, best};
   }
   const std::vector<LeafSite>& samples_;
   std::vector<Vec3> positions_;
   PointGrid grid_;
-  double limit2_;
-  std::vector<double> distance2_;
+  double spacing_;
+  std::vector<float> distance2_;
   std::vector<Index> blocks_;  // first sample of each block, and the end
+  std::vector<Entry> queue_;
 };
+
+// The places around a leaf in a hexagonal lattice that follows the overhang.
+class Lattice {
+ public:
+  Lattice(const Model& model, const ScalarField& field, const Overhang& overhang, double step)
+      : model_(model), field_(field), overhang_(overhang), step_(step), tree_(faces(model, overhang)) {}
+
+  // The six places around a leaf; `along` points to the first of them.
+  template <typename Emit>
+  void neighbours(const LeafSite& leaf, const Vec3& along, Emit&& emit) const {
+    const Vec3 across = leaf.direction.cross(along);
+    for (int k = 0; k < 6; ++k) {
+      const double angle = k * std::numbers::pi / 3.0;
+      const Vec3 way = std::cos(angle) * along + std::sin(angle) * across;
+      if (const auto site = below_or_above(leaf.position + step_ * way, leaf.direction)) emit(*site, way);
+    }
+  }
+
+ private:
+  static TriangleMesh faces(const Model& model, const Overhang& overhang) {
+    TriangleMesh mesh{model.mesh.vertices, {}};
+    for (const Index f : overhang.faces) mesh.triangles.push_back(model.boundary[f].vertices);
+    return mesh;
+  }
+  // The nearest point of the overhang on a line.
+  [[nodiscard]] std::optional<LeafSite> below_or_above(const Vec3& p, const Vec3& direction) const {
+    auto hit = tree_.first_hit(p, direction, 0.0, step_);
+    Vec3 way = direction;
+    if (const auto back = tree_.first_hit(p, -direction, 0.0, hit ? hit->t : step_)) {
+      hit = back;
+      way = -direction;
+    }
+    if (!hit) return std::nullopt;
+    const Index face = overhang_.faces[hit->triangle];
+    return LeafSite{p + hit->t * way, -print_direction(field_, model_.boundary[face].tet), face, kNone};
+  }
+
+  const Model& model_;
+  const ScalarField& field_;
+  const Overhang& overhang_;
+  double step_;
+  TriangleTree tree_;
+};
+
+// A unit vector across `direction`, the same for directions that are nearly the same.
+Vec3 any_across(const Vec3& direction) {
+  const Vec3 axis = std::abs(direction.x()) < 0.8 ? Vec3(Vec3::UnitX()) : Vec3(Vec3::UnitY());
+  return (axis - axis.dot(direction) * direction).normalized();
+}
+
+bool crowded(const LeafSite& site, const std::vector<LeafSite>& leaves, double room) {
+  const float room2 = static_cast<float>(room * room);
+  return std::any_of(leaves.begin(), leaves.end(),
+                     [&](const LeafSite& leaf) { return coverage_distance2(site, leaf.position) < room2; });
+}
+
+// A little way into its face: on an edge a ray may start in the wrong tet.
+void inset(const Model& model, LeafSite& leaf) {
+  const auto& v = model.boundary[leaf.face].vertices;
+  const Vec3 to_centre = (model.mesh.vertices[v[0]] + model.mesh.vertices[v[1]] + model.mesh.vertices[v[2]]) / 3.0 - leaf.position;
+  const double length = to_centre.norm();
+  if (length > kInset_mm) leaf.position += kInset_mm / length * to_centre;
+}
+
+// Farthest first, so that what comes early lies well apart: of branches that carry the same the earlier one is host.
+void scatter(std::vector<LeafSite>& leaves) {
+  std::vector<float> distance2(leaves.size(), static_cast<float>(kInfinity));
+  for (std::size_t i = 0; i + 1 < leaves.size(); ++i) {
+    std::size_t best = i;
+    for (std::size_t j = i; j < leaves.size(); ++j) {
+      if (i > 0) {
+        distance2[j] = std::min(distance2[j], static_cast<float>((leaves[j].position - leaves[i - 1].position).squaredNorm()));
+      }
+      const bool tie = distance2[j] == distance2[best];
+      if (tie ? comes_first(leaves[j].position, leaves[best].position) : distance2[j] > distance2[best]) best = j;
+    }
+    std::swap(leaves[i], leaves[best]);
+    std::swap(distance2[i], distance2[best]);
+  }
+}
 
 }  // namespace
 
@@ -148,24 +224,36 @@ std::vector<LeafSite> place_leaves(const Model& model, const ScalarField& field,
                                    double spacing_mm, const RunContext& run) {
   const std::vector<Index> face = face_of_vertex(model, overhang);
   std::vector<LeafSite> leaves = vertex_sites(model, overhang.minima, overhang.minimum_direction, face);
-  std::vector<LeafSite> samples = vertex_sites(model, overhang.vertices, overhang.vertex_direction, face);
   if (spacing_mm <= 0.0) {
-    leaves.insert(leaves.end(), samples.begin(), samples.end());
+    const auto vertices = vertex_sites(model, overhang.vertices, overhang.vertex_direction, face);
+    leaves.insert(leaves.end(), vertices.begin(), vertices.end());
     return leaves;
   }
-  for (const Index f : overhang.faces) {
-    const auto& v = model.boundary[f].vertices;
-    const Vec3 direction = -print_direction(field, model.boundary[f].tet);
-    sample_triangle({model.mesh.vertices[v[0]], model.mesh.vertices[v[1]], model.mesh.vertices[v[2]]},
-                    spacing_mm / kSamplesPerSpacing, [&](const Vec3& p) {
-                      samples.push_back({p, direction, f, kNone});
-                    });
+  const std::vector<LeafSite> samples = sample_overhang(model, field, overhang, spacing_mm / kSamplesPerSpacing);
+  const double step = kStepsPerSpacing * spacing_mm;
+  const Lattice lattice(model, field, overhang, step);
+  Uncovered uncovered(samples, spacing_mm);
+  for (const LeafSite& leaf : leaves) uncovered.place(leaf.position);
+  for (Index s = uncovered.next(); s != kNone; s = uncovered.next()) {
+    run.check_stop();
+    // From this leaf the lattice spreads as far as there is room.
+    std::vector<std::pair<LeafSite, Vec3>> front{{samples[s], any_across(samples[s].direction)}};
+    leaves.push_back(samples[s]);
+    uncovered.place(samples[s].position);
+    for (std::size_t i = 0; i < front.size(); ++i) {
+      const auto [leaf, along] = front[i];
+      lattice.neighbours(leaf, along, [&](const LeafSite& site, const Vec3& way) {
+        if (crowded(site, leaves, kElbowRoom * step)) return;
+        leaves.push_back(site);
+        uncovered.place(site.position);
+        front.emplace_back(site, (way - way.dot(site.direction) * site.direction).normalized());
+      });
+    }
   }
-  std::stable_sort(samples.begin(), samples.end(),
-                   [](const LeafSite& a, const LeafSite& b) { return a.face < b.face; });
-  FarthestFirst search(samples, spacing_mm);
-  for (const LeafSite& leaf : leaves) search.place(leaf.position);
-  for (const Index s : search.choose(run)) leaves.push_back(samples[s]);
+  for (LeafSite& leaf : leaves) {
+    if (leaf.vertex == kNone) inset(model, leaf);
+  }
+  scatter(leaves);
   return leaves;
 }
 

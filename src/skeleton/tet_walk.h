@@ -43,6 +43,8 @@ class TetWalk {
     const Index v = domain_.mesh.tets[tet][0];
     return field_.value[v] + field_.gradient[tet].dot(p - domain_.mesh.vertices[v]);
   }
+  // How fast G rises along a unit vector.
+  [[nodiscard]] double slope(Index tet, const Vec3& direction) const { return field_.gradient[tet].dot(direction); }
   // Unit -grad G of a tet.
   [[nodiscard]] Vec3 down(Index tet) const { return -print_direction(field_, tet); }
 

@@ -18,7 +18,6 @@ namespace curvesup {
 namespace {
 
 constexpr double kStraight = 0.02;    // radii: how far a joined node may lie off its strut
-constexpr double kFootPart = 0.4;  // of its radius a trunk has where it stands on the model
 constexpr double kConeEdge_mm = 0.4;  // over which a cone fades
 constexpr double kNoCone = std::numeric_limits<double>::infinity();
 constexpr double kMaxCells = 4e6;
@@ -92,17 +91,10 @@ std::vector<ModelStand> stands_on_model(const Skeleton& skeleton, const Domain& 
   for (const SkeletonEdge& e : skeleton.edges) {
     const SkeletonNode& end = skeleton.nodes[e.lower];
     if (end.kind != NodeKind::model_end) continue;
-    ModelStand stand{e.lower, std::max(thinnest, kFootPart * e.radius_mm), 1.0, 0.0};
-    if (const auto face = face_below(domain, field, end)) {
-      const auto& [normal, up] = *face;
-      const Vec3 axis = (skeleton.nodes[e.upper].position - end.position).normalized();
-      stand.slope = std::tan(std::max(kSlenderestStand, stand_angle(normal, up, axis)));
-      stand.radius_mm = std::max(thinnest, normal.dot(up) * stand.radius_mm);
-      // The cone goes on into a wall until it is all inside.
-      const double rise = axis.dot(normal);
-      stand.depth_mm = stand.radius_mm / (stand.slope + rise / std::sqrt(std::max(1.0 - rise * rise, 1e-12)));
-    }
-    stands.push_back(stand);
+    const Vec3 axis = (skeleton.nodes[e.upper].position - end.position).normalized();
+    const auto [normal, up] = face_below(domain, field, end).value_or(std::pair{axis, axis});
+    const Foot foot = foot_of(normal, up, axis, e.radius_mm, thinnest);
+    stands.push_back({e.lower, foot.radius_mm, foot.slope, foot.depth_mm});
   }
   return stands;
 }

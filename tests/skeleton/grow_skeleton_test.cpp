@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -23,9 +24,9 @@ constexpr double kThickness = 0.5;
 constexpr int kCount = 40;  // layers per unit of G: G = z / 20 has layers of 0.5 mm
 
 // A slab [8,28] x [8,20] x [10,13] that floats; the domain reaches below the platform.
-SupportDomain floating_slab(const Vec3& slope = Vec3(0, 0, 1.0 / 20)) {
+SupportDomain floating_slab(const Vec3& slope = Vec3(0, 0, 1.0 / 20), int finer = 1) {
   return support_domain(
-      {0, 0, -2}, {36, 28, 16}, {18, 14, 18},
+      {0, 0, -2}, {36, 28, 16}, {18 * finer, 14 * finer, 18},
       [](const Vec3& c) { return c.x() > 8 && c.x() < 28 && c.y() > 8 && c.y() < 20 && c.z() > 10 && c.z() < 13; },
       [=](const Vec3& p) { return slope.dot(p); });
 }
@@ -134,6 +135,20 @@ TEST(PlaceLeaves, EveryOverhangPointHasALeafNearby) {
   }
   EXPECT_LT(farthest, spacing * 1.1);  // the lattice of samples adds up to half its step
   EXPECT_GT(farthest, spacing * 0.7) << "far more leaves than needed";
+}
+
+TEST(PlaceLeaves, LeavesDoNotHangOnTheTriangles) {
+  const Vec3 slope(0.01, 0.002, 0.05);
+  const SupportDomain coarse = floating_slab(slope), fine = floating_slab(slope, 2);
+  const auto a = place_leaves(coarse.model, coarse.field, coarse.overhang, 1.2);
+  const auto b = place_leaves(fine.model, fine.field, fine.overhang, 1.2);
+  ASSERT_EQ(a.size(), b.size());
+  for (const LeafSite& leaf : a) {
+    EXPECT_TRUE(std::any_of(b.begin(), b.end(), [&](const LeafSite& l) { return (l.position - leaf.position).norm() < 0.01; }))
+        << leaf.position.transpose();
+  }
+  // A hexagonal lattice needs an area of 3 sqrt(3) / 2 spacings squared a leaf, and its borders twice as many leaves.
+  EXPECT_LT(static_cast<double>(a.size()), 240.0 / (1.5 * std::numbers::sqrt3 * 1.44) + 64.0 / 1.2);
 }
 
 TEST(PlaceLeaves, SpacingZeroIsEveryOverhangVertex) {

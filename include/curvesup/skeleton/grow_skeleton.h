@@ -80,9 +80,11 @@ struct LeafSite {
   Index vertex = kNone;             // model vertex, or kNone for a point inside a face
 };
 
-// Sites such that every overhang point is within the spacing of one (measured across d_p, and no farther along it):
-// all local minima, then farthest-point-first over overhang vertices and a lattice of points inside the overhang faces
-// no more than a quarter of the spacing apart. O(samples log samples).
+// Sites such that every overhang point is within the spacing of one (measured across d_p, and no farther along it): all
+// local minima, then hexagonal lattices that follow the overhang, sqrt(3) spacings from leaf to leaf. A lattice starts at
+// the place farthest from all leaves, among points of the overhang a quarter of the spacing apart, and spreads as far as there
+// is room; the next one starts where something is still uncovered. Neither hangs on how the overhang is divided into
+// triangles. Spacing 0: all overhang vertices. In an order in which early ones lie well apart. O(samples log samples + leaves^2).
 [[nodiscard]] std::vector<LeafSite> place_leaves(const Model& model, const ScalarField& field, const Overhang& overhang,
                                                  double spacing_mm, const RunContext& run = {});
 

@@ -13,4 +13,14 @@ namespace curvesup {
 
 inline constexpr double kSlenderestStand = 0.2;
 
+// The cone by which a trunk stands on a face: its radius at the end, how much wider it gets for each mm up the trunk, and how far
+// below the end the trunk goes on into the model, until its cone is all inside.
+struct Foot {
+  double radius_mm = 0.0;
+  double slope = 1.0;
+  double depth_mm = 0.0;
+};
+// `thinnest_mm`: no foot is thinner.
+[[nodiscard]] Foot foot_of(const Vec3& normal, const Vec3& up, const Vec3& axis, double trunk_radius_mm, double thinnest_mm);
+
 }  // namespace curvesup
