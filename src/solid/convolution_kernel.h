@@ -12,11 +12,11 @@ constexpr double kBoundSlack = 1e-9;  // rounding of the sums that bounds must e
 // Integral of s^2 (1 - s)^2 from 0 to s.
 [[gnu::always_inline]] inline double kernel_integral(double s) { return s * s * s * (1.0 / 3.0 + s * (-0.5 + s * 0.2)); }
 
-// What a strut adds at a point around which the ball of radius R cuts a chord of length 2 sqrt(half2) from its line, `along`
+// What a strut adds at a point around which the ball of radius R cuts a chord of length 2 half, half2 its square, from its line, `along`
 // from its start. Without branches, so that a loop can do several at once; never negative, so that a partial sum never
 // exceeds the whole one.
-[[gnu::always_inline]] inline double chord_contribution(double half2, double along, double length, double inverse_reach2, double scale) {
-  const double half = __builtin_sqrt(half2), per_half = 0.5 / half, part = half2 * inverse_reach2;
+[[gnu::always_inline]] inline double chord_contribution(double half2, double half, double along, double length, double inverse_reach2, double scale) {
+  const double per_half = 0.5 / half, part = half2 * inverse_reach2;
   const double from = -along > -half ? -along : -half, to = length - along < half ? length - along : half;
   const double s0 = from * per_half + 0.5, s1 = to * per_half + 0.5;
   const double sum = scale * part * part * (kernel_integral(s1) - kernel_integral(s0));
@@ -30,7 +30,7 @@ inline double ConvolutionSolid::Kernel::contribution(double distance2, double al
   const double beyond = along - length;
   // Nothing of the strut in the ball: no root is needed to know.
   if ((along <= 0.0 && along * along >= half2) || (beyond >= 0.0 && beyond * beyond >= half2)) return 0.0;
-  return chord_contribution(half2, along, length, 1.0 / reach2, scale);
+  return chord_contribution(half2, std::sqrt(half2), along, length, 1.0 / reach2, scale);
 }
 
 // The other way round: from the farthest line, for the foot farthest from the strut's middle.

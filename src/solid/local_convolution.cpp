@@ -1,6 +1,7 @@
 #include "solid/local_convolution.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "solid/convolution_kernel.h"
 
@@ -17,6 +18,11 @@ struct Columns {
       : ax(table.data()), ay(ax + rows), az(ay + rows), dx(az + rows), dy(dx + rows), dz(dy + rows), length(dz + rows), reach2(length + rows), inverse_reach2(reach2 + rows) {}
 };
 
+// Square roots may set errno, so a compiler does not take several at once unless it is told to: they get a loop of their own.
+[[gnu::always_inline]] inline void take_roots(double* values, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) values[i] = std::sqrt(values[i] > 0.0 ? values[i] : 0.0);
+}
+
 // What each kernel adds at a point. The same operations in the same order, however many are done at once: so the same bits.
 __attribute__((target_clones("avx2", "default"), optimize("O3"))) void contributions(const Columns& k, std::size_t rows, const double* p,
                                                                                      double scale, double* __restrict out) {
@@ -24,8 +30,14 @@ __attribute__((target_clones("avx2", "default"), optimize("O3"))) void contribut
   for (std::size_t i = 0; i < rows; ++i) {
     const double ox = x - k.ax[i], oy = y - k.ay[i], oz = z - k.az[i];
     const double along = ox * k.dx[i] + oy * k.dy[i] + oz * k.dz[i];
-    const double distance2 = ox * ox + oy * oy + oz * oz - along * along;
-    out[i] = chord_contribution(k.reach2[i] - distance2, along, k.length[i], k.inverse_reach2[i], scale);
+    out[i] = k.reach2[i] - (ox * ox + oy * oy + oz * oz - along * along);
+  }
+  take_roots(out, rows);
+  for (std::size_t i = 0; i < rows; ++i) {
+    const double ox = x - k.ax[i], oy = y - k.ay[i], oz = z - k.az[i];
+    const double along = ox * k.dx[i] + oy * k.dy[i] + oz * k.dz[i];
+    const double half2 = k.reach2[i] - (ox * ox + oy * oy + oz * oz - along * along);
+    out[i] = chord_contribution(half2, out[i], along, k.length[i], k.inverse_reach2[i], scale);
   }
 }
 
@@ -40,7 +52,8 @@ __attribute__((target_clones("avx2", "default"), optimize("O3"))) void most_in_b
     const double beside = __builtin_sqrt(distance2 > 0.0 ? distance2 : 0.0) - radius, nearest = beside > 0.0 ? beside : 0.0;
     const double middle = 0.5 * k.length[i], low = along - radius, high = along + radius;
     const double foot = middle < low ? low : high < middle ? high : middle;
-    out[i] = chord_contribution(k.reach2[i] - nearest * nearest, foot, k.length[i], k.inverse_reach2[i], scale);
+    const double half2 = k.reach2[i] - nearest * nearest;
+    out[i] = chord_contribution(half2, __builtin_sqrt(half2), foot, k.length[i], k.inverse_reach2[i], scale);
   }
 }
 
