@@ -106,7 +106,7 @@ void join_tracks(const PieceMesh& mesh, bool join, double reach, std::vector<Tra
 // A small piece is all corners and ends: its distances must be true between them.
 BorderDistance border_distance(PieceMesh mesh, double width) {
   const bool small = is_small(mesh, width);
-  return {std::move(mesh), {.tolerance_mm = (small ? 0.03 : 0.08) * width, .min_edge_mm = (small ? 0.3 : 0.9) * width}};
+  return {std::move(mesh), {.tolerance_mm = (small ? 0.03 : 0.08) * width, .min_edge_mm = (small ? 0.3 : 0.75) * width}};
 }
 
 class PieceFiller {
