@@ -183,9 +183,10 @@ Vec3 any_across(const Vec3& direction) {
   return (axis - axis.dot(direction) * direction).normalized();
 }
 
+// What crowds a place of the lattice is most often a leaf of late.
 bool crowded(const LeafSite& site, const std::vector<LeafSite>& leaves, double room) {
   const float room2 = static_cast<float>(room * room);
-  return std::any_of(leaves.begin(), leaves.end(),
+  return std::any_of(leaves.rbegin(), leaves.rend(),
                      [&](const LeafSite& leaf) { return coverage_distance2(site, leaf.position) < room2; });
 }
 
