@@ -102,7 +102,8 @@ double work_seconds(const PathMotion& path, int loaded_before, const Machine& ma
 // Everything that the files are made of. The spools hold the chains one after the other; what a part needs of them is one
 // piece: from the body of its first chain to the lift of the next part's, so that headers and ends need not be kept.
 struct Program {
-  explicit Program(const Machine& for_machine, const EmitOptions& with) : machine(for_machine), options(with), robot_text(with.spool_folder), duet_text(with.spool_folder) {}
+  Program(const Machine& for_machine, const EmitOptions& with)
+      : machine(for_machine), options(with), robot_text(with.spool_folder), duet_text(with.spool_folder) {}
 
   Machine machine;
   EmitOptions options;

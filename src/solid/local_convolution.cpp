@@ -15,7 +15,8 @@ constexpr std::size_t kLanes = 4;
 struct Columns {
   const double *ax, *ay, *az, *dx, *dy, *dz, *length, *reach2, *inverse_reach2;
   Columns(const std::vector<double>& table, std::size_t rows)
-      : ax(table.data()), ay(ax + rows), az(ay + rows), dx(az + rows), dy(dx + rows), dz(dy + rows), length(dz + rows), reach2(length + rows), inverse_reach2(reach2 + rows) {}
+      : ax(table.data()), ay(ax + rows), az(ay + rows), dx(az + rows), dy(dx + rows), dz(dy + rows),
+        length(dz + rows), reach2(length + rows), inverse_reach2(reach2 + rows) {}
 };
 
 // Square roots may set errno, so a compiler does not take several at once unless it is told to: they get a loop of their own.
@@ -72,7 +73,8 @@ void ConvolutionSolid::Local::focus(const Vec3& centre, double radius) {
   for (std::size_t i = 0; i < near_.size(); ++i) {
     const Kernel& k = solid_.kernels_[near_[i]];
     const double reach2 = k.reach * k.reach;
-    const std::array<double, kColumns> row = {k.a.x(), k.a.y(), k.a.z(), k.direction.x(), k.direction.y(), k.direction.z(), k.length, reach2, 1.0 / reach2};
+    const std::array<double, kColumns> row = {k.a.x(), k.a.y(), k.a.z(), k.direction.x(), k.direction.y(),
+                                                 k.direction.z(), k.length, reach2, 1.0 / reach2};
     for (int c = 0; c < kColumns; ++c) table_[c * rows_ + i] = row[c];
   }
 }

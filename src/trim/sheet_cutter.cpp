@@ -167,7 +167,10 @@ void SheetCutter::sample_edge(const Vec3& start, const Vec3& step, int low, int 
   if (ends_outside && solid_->surely_outside(centre, 0.5 * (high - low) * step.norm())) return fill(0);
   edge_value_[middle] = solid_->value(centre);
   edge_side_[middle] = edge_value_[middle] >= 0.0;
-  if (ends_inside && high - low <= kInsideIntervals && std::min({edge_value_[low], edge_value_[middle], edge_value_[high]}) >= kWellInside) return fill(1);
+  if (ends_inside && high - low <= kInsideIntervals &&
+      std::min({edge_value_[low], edge_value_[middle], edge_value_[high]}) >= kWellInside) {
+    return fill(1);
+  }
   sample_edge(start, step, low, middle);
   sample_edge(start, step, middle, high);
 }
