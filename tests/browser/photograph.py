@@ -23,7 +23,7 @@ def main(page, out):
         for view in VIEWS:
             browser.run("const b = document.getElementById('preset-' + arguments[0]); if (b) b.click();", view)
             if view == "paths":
-                browser.slide("#time", 0.64)
+                browser.slide("#time", 0.66)
             browser.settle()
             pictures.append(read_png(browser.picture(WIDTH, HEIGHT)))
     rows = [b"".join(picture[2][y] for picture in pictures) for y in range(HEIGHT)]
