@@ -64,6 +64,11 @@ struct Branch {
   double lowest_leaf = 0.0;  // smallest G of them
 };
 
+// Of a strut that carries so many leaves: its section is the sum of theirs.
+double radius_by_area(const SkeletonOptions& options, Index leaves) {
+  return options.leaf_radius_mm * std::sqrt(static_cast<double>(leaves));
+}
+
 // One step down from a node.
 struct Step {
   WalkResult walk;
@@ -242,8 +247,7 @@ Grower::Stand Grower::stand_of(const WalkResult& walk, const Vec3& u, const Bran
   if (normal.dot(up) < kSteepestStand) return stand;
   stand.angle = stand_angle(normal, up, -u);
   if (!stand.broad()) return stand;
-  const double radius =
-      std::min(options_.leaf_radius_mm * std::sqrt(static_cast<double>(branch.count)), options_.max_radius_mm);
+  const double radius = std::min(radius_by_area(options_, branch.count), options_.max_radius_mm);
   const Foot foot = foot_of(normal, up, -u, radius, options_.leaf_radius_mm);
   const double part = resting_part(walk_, count_, {walk.position, walk.tet, -u, radius, foot},
                                    0.5 * options_.bead_width_mm * options_.bead_width_mm);
@@ -479,8 +483,7 @@ Skeleton assemble(const std::vector<GrowingNode>& nodes, const std::vector<Drop>
 void set_radii(Skeleton& skeleton, const SkeletonOptions& o) {
   std::vector<double> way(skeleton.nodes.size(), 0.0);
   for (SkeletonEdge& e : skeleton.edges) {
-    double radius =
-        o.leaf_radius_mm * std::sqrt(static_cast<double>(e.branch_count)) + o.thickening_per_mm * way[e.upper];
+    double radius = radius_by_area(o, e.branch_count) + o.thickening_per_mm * way[e.upper];
     if (e.branch_count > 1) radius = std::max(radius, o.min_trunk_radius_mm);
     e.radius_mm = std::min(radius, o.max_radius_mm);
     const double length = (skeleton.nodes[e.upper].position - skeleton.nodes[e.lower].position).norm();

@@ -3,7 +3,6 @@
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <queue>
 #include <tuple>
 
 #include "curvesup/mesh/triangle_mesh.h"
@@ -177,11 +176,11 @@ class Lattice {
   TriangleTree tree_;
 };
 
-// A unit vector across `direction`, the same for directions that are nearly the same.
-Vec3 any_across(const Vec3& direction) {
-  const Vec3 axis = std::abs(direction.x()) < 0.8 ? Vec3(Vec3::UnitX()) : Vec3(Vec3::UnitY());
-  return (axis - axis.dot(direction) * direction).normalized();
-}
+// What of a vector is across `direction`, of unit length.
+Vec3 across(const Vec3& direction, const Vec3& way) { return (way - way.dot(direction) * direction).normalized(); }
+
+// A vector that is not along `direction`, the same for directions that are nearly the same.
+Vec3 any_side(const Vec3& direction) { return std::abs(direction.x()) < 0.8 ? Vec3::UnitX() : Vec3::UnitY(); }
 
 // What crowds a place of the lattice is most often a leaf of late.
 bool crowded(const LeafSite& site, const std::vector<LeafSite>& leaves, double room) {
@@ -238,16 +237,17 @@ std::vector<LeafSite> place_leaves(const Model& model, const ScalarField& field,
   for (Index s = uncovered.next(); s != kNone; s = uncovered.next()) {
     run.check_stop();
     // From this leaf the lattice spreads as far as there is room.
-    std::vector<std::pair<LeafSite, Vec3>> front{{samples[s], any_across(samples[s].direction)}};
-    leaves.push_back(samples[s]);
-    uncovered.place(samples[s].position);
+    std::vector<std::pair<LeafSite, Vec3>> front;
+    const auto add = [&](const LeafSite& site, const Vec3& along) {
+      leaves.push_back(site);
+      uncovered.place(site.position);
+      front.emplace_back(site, along);
+    };
+    add(samples[s], across(samples[s].direction, any_side(samples[s].direction)));
     for (std::size_t i = 0; i < front.size(); ++i) {
       const auto [leaf, along] = front[i];
       lattice.neighbours(leaf, along, [&](const LeafSite& site, const Vec3& way) {
-        if (crowded(site, leaves, kElbowRoom * step)) return;
-        leaves.push_back(site);
-        uncovered.place(site.position);
-        front.emplace_back(site, (way - way.dot(site.direction) * site.direction).normalized());
+        if (!crowded(site, leaves, kElbowRoom * step)) add(site, across(site.direction, way));
       });
     }
   }
