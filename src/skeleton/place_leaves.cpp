@@ -20,6 +20,7 @@ constexpr double kStepsPerSpacing = std::numbers::sqrt3;
 constexpr double kElbowRoom = 0.75;  // lattice steps that a leaf of the lattice keeps from all others
 constexpr double kInset_mm = 1e-3;   // that a leaf keeps from the border of its face
 constexpr double kReach = 2.0;       // spacings beyond which a sample need not know a leaf
+constexpr double kEuclidean = std::numbers::sqrt2;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // For each boundary vertex that is asked for, one face around it: an overhang face where there is one.
@@ -49,7 +50,7 @@ std::vector<LeafSite> vertex_sites(const Model& model, const std::vector<Index>&
 }
 
 // Squared distance that counts for coverage: across d_p at the sample, and as far along it at most. In single precision,
-// so that what is equal but for rounding is equal.
+// so that what is equal but for rounding is equal. The Euclidean one may be kEuclidean times as long.
 float coverage_distance2(const LeafSite& sample, const Vec3& leaf) {
   const Vec3 offset = leaf - sample.position;
   const double along = offset.dot(sample.direction), along2 = along * along;
@@ -86,8 +87,7 @@ class Uncovered {
 
   // A leaf is there.
   void place(const Vec3& leaf) {
-    // The distance is at least 1 / sqrt(2) of the Euclidean one.
-    grid_.near(leaf, std::sqrt(2.0) * kReach * spacing_, [&](Index s) {
+    grid_.near(leaf, kEuclidean * kReach * spacing_, [&](Index s) {
       distance2_[s] = std::min(distance2_[s], coverage_distance2(samples_[s], leaf));
     });
   }
@@ -182,12 +182,34 @@ Vec3 across(const Vec3& direction, const Vec3& way) { return (way - way.dot(dire
 // A vector that is not along `direction`, the same for directions that are nearly the same.
 Vec3 any_side(const Vec3& direction) { return std::abs(direction.x()) < 0.8 ? Vec3::UnitX() : Vec3::UnitY(); }
 
-// What crowds a place of the lattice is most often a leaf of late.
-bool crowded(const LeafSite& site, const std::vector<LeafSite>& leaves, double room) {
-  const float room2 = static_cast<float>(room * room);
-  return std::any_of(leaves.rbegin(), leaves.rend(),
-                     [&](const LeafSite& leaf) { return coverage_distance2(site, leaf.position) < room2; });
-}
+// The leaves that have been placed, and how near to them others may come.
+class ElbowRoom {
+ public:
+  ElbowRoom(const Model& model, double room) : room_(room), leaves_(cells(model, room)) {}
+
+  void place(const Vec3& leaf) {
+    positions_.push_back(leaf);
+    leaves_.add(leaf);
+  }
+  [[nodiscard]] bool crowded(const LeafSite& site) const {
+    const float room2 = static_cast<float>(room_ * room_);
+    bool found = false;
+    leaves_.near(site.position, kEuclidean * room_,
+                 [&](Index i) { found = found || coverage_distance2(site, positions_[i]) < room2; });
+    return found;
+  }
+
+ private:
+  static constexpr double kMaxCells = 1e6;
+  static CellBox cells(const Model& model, double room) {
+    Vec3 low = model.mesh.vertices.front(), high = low;
+    for (const Vec3& p : model.mesh.vertices) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    return {low, high, room, kMaxCells};
+  }
+  double room_;
+  std::vector<Vec3> positions_;
+  GrowingPointGrid leaves_;
+};
 
 // A little way into its face: on an edge a ray may start in the wrong tet.
 void inset(const Model& model, LeafSite& leaf) {
@@ -198,20 +220,38 @@ void inset(const Model& model, LeafSite& leaf) {
 }
 
 // Farthest first, so that what comes early lies well apart: of branches that carry the same the earlier one is host.
-void scatter(std::vector<LeafSite>& leaves) {
+std::vector<LeafSite> scattered(const std::vector<LeafSite>& leaves, double spacing) {
+  const std::vector<Vec3> at = positions_of(leaves);
+  const PointGrid grid(at, spacing);
   std::vector<float> distance2(leaves.size(), static_cast<float>(kInfinity));
-  for (std::size_t i = 0; i + 1 < leaves.size(); ++i) {
-    std::size_t best = i;
-    for (std::size_t j = i; j < leaves.size(); ++j) {
-      if (i > 0) {
-        distance2[j] = std::min(distance2[j], static_cast<float>((leaves[j].position - leaves[i - 1].position).squaredNorm()));
-      }
-      const bool tie = distance2[j] == distance2[best];
-      if (tie ? comes_first(leaves[j].position, leaves[best].position) : distance2[j] > distance2[best]) best = j;
+  struct Entry {
+    float distance2;  // or less by now
+    Index leaf;
+  };
+  std::vector<Entry> queue;
+  for (std::size_t i = 0; i < leaves.size(); ++i) queue.push_back({distance2[i], static_cast<Index>(i)});
+  const auto later = [&](const Entry& a, const Entry& b) {
+    return a.distance2 != b.distance2 ? a.distance2 < b.distance2 : comes_first(at[b.leaf], at[a.leaf]);
+  };
+  std::make_heap(queue.begin(), queue.end(), later);
+  std::vector<LeafSite> result;
+  while (!queue.empty()) {
+    std::pop_heap(queue.begin(), queue.end(), later);
+    Entry& last = queue.back();
+    const auto [farthest2, leaf] = last;
+    if (distance2[leaf] < farthest2) {
+      last.distance2 = distance2[leaf];
+      std::push_heap(queue.begin(), queue.end(), later);
+      continue;
     }
-    std::swap(leaves[i], leaves[best]);
-    std::swap(distance2[i], distance2[best]);
+    queue.pop_back();
+    result.push_back(leaves[leaf]);
+    // No other leaf is farther from its nearest than this one was.
+    grid.near(at[leaf], std::sqrt(static_cast<double>(farthest2)), [&](Index i) {
+      distance2[i] = std::min(distance2[i], static_cast<float>((at[i] - at[leaf]).squaredNorm()));
+    });
   }
+  return result;
 }
 
 }  // namespace
@@ -233,29 +273,33 @@ std::vector<LeafSite> place_leaves(const Model& model, const ScalarField& field,
   const double step = kStepsPerSpacing * spacing_mm;
   const Lattice lattice(model, field, overhang, step);
   Uncovered uncovered(samples, spacing_mm);
-  for (const LeafSite& leaf : leaves) uncovered.place(leaf.position);
+  ElbowRoom elbow_room(model, kElbowRoom * step);
+  const auto place = [&](const LeafSite& leaf) {
+    uncovered.place(leaf.position);
+    elbow_room.place(leaf.position);
+  };
+  std::for_each(leaves.begin(), leaves.end(), place);
   for (Index s = uncovered.next(); s != kNone; s = uncovered.next()) {
     run.check_stop();
     // From this leaf the lattice spreads as far as there is room.
     std::vector<std::pair<LeafSite, Vec3>> front;
     const auto add = [&](const LeafSite& site, const Vec3& along) {
       leaves.push_back(site);
-      uncovered.place(site.position);
+      place(site);
       front.emplace_back(site, along);
     };
     add(samples[s], across(samples[s].direction, any_side(samples[s].direction)));
     for (std::size_t i = 0; i < front.size(); ++i) {
       const auto [leaf, along] = front[i];
       lattice.neighbours(leaf, along, [&](const LeafSite& site, const Vec3& way) {
-        if (!crowded(site, leaves, kElbowRoom * step)) add(site, across(site.direction, way));
+        if (!elbow_room.crowded(site)) add(site, across(site.direction, way));
       });
     }
   }
   for (LeafSite& leaf : leaves) {
     if (leaf.vertex == kNone) inset(model, leaf);
   }
-  scatter(leaves);
-  return leaves;
+  return scattered(leaves, spacing_mm);
 }
 
 }  // namespace curvesup
