@@ -13,12 +13,14 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // Samples may be as far apart as this part of the radius of the thinnest strut near them.
-constexpr double kEdgePerRadius = 0.5;
+constexpr double kEdgePerRadius = 0.35;
 // Between samples so many steps apart that all have such a value, their middle among them, everything counts as inside: struts
 // are convex, so all that this can overlook is a notch or a hole narrower than that and deep in the solid.
-constexpr int kInsideIntervals = 8;
+constexpr int kInsideIntervals = 4;
 constexpr double kWellInside = 1.0;
-constexpr int kMaxIntervals = 2048;
+// So few unknown samples are taken without asking for a proof first.
+constexpr int kFewNodes = 4;
+constexpr double kMaxIntervals = 2048.0;
 // Cuts of edges, and what of the border is drawn inside a triangle.
 constexpr double kCutTolerance_mm = 2e-4, kRootTolerance_mm = 1e-3;
 // Where all corners have a lower value than this it is hardly ever provable that a whole triangle is inside.
@@ -75,7 +77,7 @@ Vec3 root_between(LocalSolid& solid, const Vec3& inside, double inside_value, co
 Index SheetCutter::add_vertex(const Vec3& position) {
   vertices_.push_back(position);
   value_.push_back(kUnknown);
-  side_.push_back(kUnknownSide);
+  side_.push_back(TriangleLattice::kUnknownSide);
   return static_cast<Index>(vertices_.size()) - 1;
 }
 
@@ -85,7 +87,7 @@ double SheetCutter::value(Index vertex) {
 }
 
 bool SheetCutter::inside(Index vertex) {
-  if (side_[vertex] == kUnknownSide) side_[vertex] = value(vertex) >= 0.0;
+  if (side_[vertex] == TriangleLattice::kUnknownSide) side_[vertex] = value(vertex) >= 0.0;
   return side_[vertex] == 1;
 }
 
@@ -95,9 +97,7 @@ void SheetCutter::keep(const Corners& t, Index tet) {
 }
 
 int SheetCutter::intervals(double length, double step) {
-  int n = 1;
-  while (n < kMaxIntervals && length > n * step) n *= 2;
-  return n;
+  return static_cast<int>(std::clamp(std::ceil(length / step), 1.0, kMaxIntervals));
 }
 
 Index SheetCutter::cut_between(const Vec3& inside, double inside_value, const Vec3& outside, double outside_value) {
@@ -123,7 +123,7 @@ const SheetCutter::Edge& SheetCutter::edge(Index a, Index b) {
   edge.intervals = intervals(length, edge.step);
   edge.first_cut = static_cast<Index>(cuts_.size());
   const int n = edge.intervals;
-  edge_side_.assign(n + 1, kUnknownSide);
+  edge_side_.assign(n + 1, TriangleLattice::kUnknownSide);
   edge_value_.assign(n + 1, kUnknown);
   edge_side_[0] = inside(low);
   edge_side_[n] = inside(high);
@@ -159,7 +159,7 @@ void SheetCutter::sample_edge(const Vec3& start, const Vec3& step, int low, int 
   const Vec3 centre = start + middle * step;
   const auto fill = [&](std::int8_t side) {
     for (int i = low + 1; i < high; ++i) {
-      if (edge_side_[i] == kUnknownSide) edge_side_[i] = side;
+      if (edge_side_[i] == TriangleLattice::kUnknownSide) edge_side_[i] = side;
     }
   };
   const bool ends_inside = edge_side_[low] == 1 && edge_side_[high] == 1;
@@ -192,47 +192,47 @@ void SheetCutter::add_triangle(const std::array<Index, 3>& t, Index tet) {
     keep(t, tet);
     return;
   }
+  // The lattice has rows along the shortest edge.
+  const int shortest = static_cast<int>(std::min_element(length.begin(), length.end()) - length.begin());
+  const Corners corners = {t[(shortest + 2) % 3], t[shortest], t[(shortest + 1) % 3]};
   // A point of the triangle lies in the ball around at least one of its edges.
   double step = std::numeric_limits<double>::infinity();
-  int n = 1;
+  int n = 1, k = 1;
   bool whole = corners_inside == 3 || corners_inside == 0;
   for (int e = 0; e < 3; ++e) {
-    const Edge& found = edge(t[e], t[(e + 1) % 3]);
-    n = std::max(n, found.intervals);
+    const Edge& found = edge(corners[e], corners[(e + 1) % 3]);
+    (e == 1 ? k : n) = std::max(e == 1 ? k : n, found.intervals);
     step = std::min(step, found.step);
     whole = whole && found.side != EdgeSide::mixed;
   }
-  n = std::max(n, intervals(length[longest], step));
-  start_lattice(t, n);
-  for (int e = 0; e < 3; ++e) take_edge(t, e, edge(t[e], t[(e + 1) % 3]));
-  sample_lattice({0, 0}, {n, 0}, {0, n});
-  whole = whole && std::all_of(lattice_.side.begin(), lattice_.side.end(), [&](std::int8_t s) { return s == lattice_.side[0]; });
+  k = std::max(k, intervals(length[shortest], step));
+  n = std::max({n, k, intervals(length[longest], step)});
+  start_lattice(corners, n, k);
+  for (int e = 0; e < 3; ++e) take_edge(corners, e, edge(corners[e], corners[(e + 1) % 3]));
+  sample_halves({0, n, 0.0, 1.0});
+  whole = whole && lattice_.all_on(corners_inside == 3);
   if (whole) {
     corners_inside == 3 ? keep(t, tet) : void(cut_away_ += area);
     return;
   }
   for (int j = 0; j < n; ++j) {
-    for (int i = 0; i + j < n; ++i) {
-      const Index here = lattice_.at(i, j), right = lattice_.at(i + 1, j), up = lattice_.at(i, j + 1);
-      auto& slot = lattice_.crossing;
-      march_cell({{{i, j}, {i + 1, j}, {i, j + 1}}}, {&slot[here][0], &slot[here][2], &slot[here][1]});
-      if (i + j + 2 <= n) march_cell({{{i + 1, j}, {i + 1, j + 1}, {i, j + 1}}}, {&slot[right][1], &slot[up][0], &slot[here][2]});
+    for (int i = 0; i < lattice_.intervals(j + 1); ++i) {
+      using enum TriangleLattice::Link;
+      const Node here = {j, i}, down = {j + 1, i}, aside = {j + 1, i + 1}, next = {j, i + 1};
+      march_cell({here, down, aside},
+                 {&lattice_.crossing(here, kDown), &lattice_.crossing(down, kAlong), &lattice_.crossing(here, kDownAside)});
+      if (i == lattice_.intervals(j)) continue;
+      march_cell({here, aside, next},
+                 {&lattice_.crossing(here, kDownAside), &lattice_.crossing(next, kDown), &lattice_.crossing(here, kAlong)});
     }
   }
   triangulate(tet, area);
 }
 
-void SheetCutter::start_lattice(const Corners& t, int n) {
+void SheetCutter::start_lattice(const Corners& t, int n, int k) {
   const Vec3 &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
-  lattice_.n = n;
-  lattice_.origin = a;
-  lattice_.u = (b - a) / n;
-  lattice_.v = (c - a) / n;
-  const std::size_t nodes = static_cast<std::size_t>(n + 1) * (n + 2) / 2;
-  lattice_.side.assign(nodes, kUnknownSide);
-  lattice_.value.assign(nodes, kUnknown);
-  lattice_.crossing.assign(nodes, {kNone, kNone, kNone});
-
+  lattice_.set(a, b, c, n, k);
+  origin_ = a;
   const double ab = (b - a).norm(), ac = (c - a).norm();
   frame_x_ = ab > 0.0 ? Vec3((b - a) / ab) : ac > 0.0 ? Vec3((c - a) / ac) : Vec3(Vec3::UnitX());
   const Vec3 across = (c - a) - frame_x_ * frame_x_.dot(c - a);
@@ -246,90 +246,124 @@ void SheetCutter::start_lattice(const Corners& t, int n) {
 
 // Puts the sides of an edge's nodes and its cuts into the lattice, and its ends and cuts into the perimeter.
 void SheetCutter::take_edge(const Corners& t, int corner, const Edge& edge) {
+  using enum TriangleLattice::Link;
   const Index from = t[corner], to = t[(corner + 1) % 3];
-  const int n = lattice_.n, stride = n / edge.intervals;
+  const int rows = lattice_.rows(), n = corner == 1 ? lattice_.intervals(rows) : rows;
   const auto node = [&](int i) -> Node {
-    return corner == 0 ? Node{i, 0} : corner == 1 ? Node{n - i, i} : Node{0, n - i};
+    return corner == 0 ? Node{i, 0} : corner == 1 ? Node{rows, i} : Node{n - i, lattice_.intervals(n - i)};
   };
   const auto slot = [&](int i) -> Index& {
-    return corner == 0   ? lattice_.crossing[lattice_.at(i, 0)][0]
-           : corner == 1 ? lattice_.crossing[lattice_.at(n - i - 1, i)][2]
-                         : lattice_.crossing[lattice_.at(0, n - i - 1)][1];
+    if (corner == 0) return lattice_.crossing(node(i), kDown);
+    if (corner == 1) return lattice_.crossing(node(i), kAlong);
+    const Node upper = node(i + 1);
+    return lattice_.crossing(upper, node(i).i > upper.i ? kDownAside : kDown);
   };
   std::int8_t side = side_[from];
+  flat_corners_[corner] = flat_of(vertices_[from]);
   perimeter_.push_back({add_border_point(vertices_[from], from, true), side});
   Index taken = 0;
   for (int i = 0; i <= n; ++i) {
-    if (taken < edge.cut_count) {
+    for (; taken < edge.cut_count; ++taken) {
       const Cut& cut = from < to ? cuts_[edge.first_cut + taken] : cuts_[edge.first_cut + edge.cut_count - 1 - taken];
       const double at = from < to ? cut.at : 1.0 - cut.at;
-      if (at * n < i) {
-        side = 1 - side;
-        slot(i - 1) = add_border_point(vertices_[cut.vertex], cut.vertex, true);
-        perimeter_.push_back({slot(i - 1), side});
-        ++taken;
-      }
+      if (at * n >= i) break;
+      side = 1 - side;
+      const Index point = add_border_point(vertices_[cut.vertex], cut.vertex, true);
+      perimeter_.push_back({point, side});
+      // What two cuts between neighbours enclose is too narrow for the lattice: it ends right here.
+      Index& crossing = slot(i - 1);
+      if (crossing != kNone) (side == 1 ? border_[crossing].next : border_[point].next) = side == 1 ? point : crossing;
+      crossing = crossing == kNone ? point : kNone;
     }
-    const Node here = node(i);
-    lattice_.side[lattice_.at(here.i, here.j)] = side;
-    if (i % stride != 0) continue;
-    const int sample = i / stride;
-    lattice_.value[lattice_.at(here.i, here.j)] = samples_[edge.first_sample + (from < to ? sample : edge.intervals - sample)];
+    lattice_.side(node(i)) = side;
+    if (i * edge.intervals % n != 0) continue;
+    const int sample = i * edge.intervals / n;
+    lattice_.value(node(i)) = samples_[edge.first_sample + (from < to ? sample : edge.intervals - sample)];
   }
 }
 
-// The corners of pqr are known; they are equally far apart along the lattice.
-void SheetCutter::sample_lattice(Node p, Node q, Node r) {
-  const int size = std::max({std::abs(q.i - p.i), std::abs(q.j - p.j)});
-  if (size < 2) return;
-  const auto side = [&](Node node) -> std::int8_t& { return lattice_.side[lattice_.at(node.i, node.j)]; };
+template <typename Visit>
+void SheetCutter::for_nodes(const Block& block, const Visit& visit) {
+  for (int j = block.top; j <= block.bottom; ++j) {
+    const int last = static_cast<int>(std::floor(block.right * lattice_.intervals(j)));
+    for (int i = static_cast<int>(std::ceil(block.left * lattice_.intervals(j))); i <= last; ++i) visit(Node{j, i});
+  }
+}
+
+// Finds the sides of the nodes of a block.
+void SheetCutter::sample(const Block& block) {
+  std::array<int, 3> count{};  // outside, inside, unknown
+  for_nodes(block, [&](Node node) {
+    const std::int8_t side = lattice_.side(node);
+    ++count[side == TriangleLattice::kUnknownSide ? 2 : side];
+  });
   const auto fill = [&](std::int8_t as) {
-    for (int b = 0; b <= size; ++b) {
-      for (int c = 0; b + c <= size; ++c) {
-        std::int8_t& here = side({p.i + (b * (q.i - p.i) + c * (r.i - p.i)) / size, p.j + (b * (q.j - p.j) + c * (r.j - p.j)) / size});
-        if (here == kUnknownSide) here = as;
-      }
-    }
+    for_nodes(block, [&](Node node) {
+      if (lattice_.side(node) == TriangleLattice::kUnknownSide) lattice_.side(node) = as;
+    });
   };
-  const int corners_inside = side(p) + side(q) + side(r);
-  if (corners_inside == 0 && size > 2) {
-    const Vec3 a = lattice_.position(p.i, p.j), b = lattice_.position(q.i, q.j), c = lattice_.position(r.i, r.j);
-    const Vec3 centre = (a + b + c) / 3.0;
-    const double radius = std::sqrt(std::max({(a - centre).squaredNorm(), (b - centre).squaredNorm(), (c - centre).squaredNorm()}));
-    if (solid_->surely_outside(centre, radius)) return fill(0);
+  if (count[2] == 0) return;
+  if (count[2] > kFewNodes) {
+    if (count[1] == 0 && proved_outside(block)) return fill(0);
+    if (count[0] == 0 && well_inside(block)) return fill(1);
   }
-  const auto middle = [](Node x, Node y) -> Node { return {(x.i + y.i) / 2, (x.j + y.j) / 2}; };
-  const Node pq = middle(p, q), qr = middle(q, r), rp = middle(r, p);
-  for (const Node& node : {pq, qr, rp}) {
-    if (side(node) == kUnknownSide) side(node) = lattice_value(node) >= 0.0;
+  sample_halves(block);
+}
+
+void SheetCutter::sample_halves(const Block& block) {
+  const int rows = block.bottom - block.top;
+  const double columns = (block.right - block.left) * lattice_.intervals(block.bottom);
+  if ((rows + 1) * (columns + 1.0) <= 2.0 * kFewNodes) {
+    for_nodes(block, [&](Node node) {
+      if (lattice_.side(node) == TriangleLattice::kUnknownSide) lattice_.side(node) = lattice_value(node) >= 0.0;
+    });
+  } else if (rows >= columns) {
+    const int middle = block.top + rows / 2;
+    sample({block.top, middle, block.left, block.right});
+    sample({middle + 1, block.bottom, block.left, block.right});
+  } else {
+    const double middle = 0.5 * (block.left + block.right);
+    sample({block.top, block.bottom, block.left, middle});
+    sample({block.top, block.bottom, middle, block.right});
   }
-  if (size <= kInsideIntervals && corners_inside + side(pq) + side(qr) + side(rp) == 6) {
-    const std::array<Node, 6> nodes = {p, q, r, pq, qr, rp};
-    if (std::all_of(nodes.begin(), nodes.end(), [&](const Node& node) { return lattice_value(node) >= kWellInside; })) return fill(1);
-  }
-  sample_lattice(p, pq, rp);
-  sample_lattice(pq, q, qr);
-  sample_lattice(rp, qr, r);
-  sample_lattice(qr, rp, pq);
+}
+
+bool SheetCutter::proved_outside(const Block& block) {
+  const std::array<Vec3, 4> corners = {lattice_.position(block.top, block.left), lattice_.position(block.top, block.right),
+                                       lattice_.position(block.bottom, block.left), lattice_.position(block.bottom, block.right)};
+  const Vec3 centre = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+  double radius2 = 0.0;
+  for (const Vec3& corner : corners) radius2 = std::max(radius2, (corner - centre).squaredNorm());
+  return solid_->surely_outside(centre, std::sqrt(radius2));
+}
+
+bool SheetCutter::well_inside(const Block& block) {
+  const auto first = [&](int j) { return static_cast<int>(std::ceil(block.left * lattice_.intervals(j))); };
+  const auto last = [&](int j) { return static_cast<int>(std::floor(block.right * lattice_.intervals(j))); };
+  const int middle = (block.top + block.bottom) / 2;
+  if (block.bottom - block.top > kInsideIntervals || last(block.bottom) - first(block.bottom) > kInsideIntervals) return false;
+  const std::array<Node, 5> nodes = {{{block.top, first(block.top)}, {block.top, last(block.top)},
+                                      {block.bottom, first(block.bottom)}, {block.bottom, last(block.bottom)},
+                                      {middle, (first(middle) + last(middle)) / 2}}};
+  return std::all_of(nodes.begin(), nodes.end(), [&](const Node& node) { return lattice_value(node) >= kWellInside; });
 }
 
 double SheetCutter::lattice_value(Node node) {
-  double& known = lattice_.value[lattice_.at(node.i, node.j)];
-  if (std::isnan(known)) known = solid_->value(lattice_.position(node.i, node.j));
+  double& known = lattice_.value(node);
+  if (std::isnan(known)) known = solid_->value(lattice_.position(node));
   return known;
 }
 
 Index SheetCutter::add_border_point(const Vec3& position, Index vertex, bool fixed) {
   border_.push_back({position, vertex, kNone});
-  const Vec3 offset = position - lattice_.origin;
-  flat_.emplace_back(offset.dot(frame_x_), offset.dot(frame_y_));
+  flat_.push_back(flat_of(position));
   fixed_.push_back(fixed);
   return static_cast<Index>(border_.size()) - 1;
 }
 
 Index SheetCutter::crossing(Node inside, Node outside, Index& slot) {
   if (slot != kNone) return slot;
-  const Vec3 a = lattice_.position(inside.i, inside.j), b = lattice_.position(outside.i, outside.j);
+  const Vec3 a = lattice_.position(inside), b = lattice_.position(outside);
   const double value_a = lattice_value(inside), value_b = lattice_value(outside);
   double t = 0.5;
   if (value_a >= 0.0 && value_b < 0.0) {
@@ -345,7 +379,7 @@ Index SheetCutter::crossing(Node inside, Node outside, Index& slot) {
 // The cases N = 0 .. 3 of one cell of the lattice; slot[c] belongs to the side from node[c] to the next.
 void SheetCutter::march_cell(const std::array<Node, 3>& node, const std::array<Index*, 3>& slot) {
   std::array<std::int8_t, 3> side{};
-  for (int c = 0; c < 3; ++c) side[c] = lattice_.side[lattice_.at(node[c].i, node[c].j)];
+  for (int c = 0; c < 3; ++c) side[c] = lattice_.side(node[c]);
   const int count = side[0] + side[1] + side[2];
   if (count == 0 || count == 3) return;
   const int alone = side[0] != side[1] && side[0] != side[2] ? 0 : side[1] != side[0] && side[1] != side[2] ? 1 : 2;
@@ -388,7 +422,7 @@ Index SheetCutter::point_beside(Index from, Index to, const std::array<Node, 3>&
   const Vec3 across = chord.dot(frame_y_) / length * frame_x_ - chord.dot(frame_x_) / length * frame_y_;  // out of the solid
   double slope = 0.0;
   for (int c = 0; c < 3; ++c) {
-    const double beside = (lattice_.position(node[c].i, node[c].j) - middle).dot(across);
+    const double beside = (lattice_.position(node[c]) - middle).dot(across);
     const double change = at_middle - lattice_value(node[c]);
     if (beside != 0.0) slope = std::max(slope, change / beside);
   }
@@ -412,8 +446,8 @@ Index SheetCutter::point_beside(Index from, Index to, const std::array<Node, 3>&
   if ((root - middle).squaredNorm() < kFlatBorder_mm * kFlatBorder_mm) return kNone;
   // Inside the cell, so that neither its neighbours nor other borders need to know.
   for (int c = 0; c < 3; ++c) {
-    const Vec3 corner = lattice_.position(node[c].i, node[c].j);
-    const Vec3 side = lattice_.position(node[(c + 1) % 3].i, node[(c + 1) % 3].j) - corner, offset = root - corner;
+    const Vec3 corner = lattice_.position(node[c]);
+    const Vec3 side = lattice_.position(node[(c + 1) % 3]) - corner, offset = root - corner;
     if (!(side.dot(frame_x_) * offset.dot(frame_y_) - side.dot(frame_y_) * offset.dot(frame_x_) > 0.0)) return kNone;
   }
   return add_border_point(root, kNone, false);
@@ -421,13 +455,10 @@ Index SheetCutter::point_beside(Index from, Index to, const std::array<Node, 3>&
 
 // Puts border points back that were moved out of the triangle.
 void SheetCutter::stay_in_triangle() {
-  const double n = lattice_.n;
-  const std::array<Vec2, 3> corner = {Vec2(0.0, 0.0), Vec2(n * lattice_.u.dot(frame_x_), n * lattice_.u.dot(frame_y_)),
-                                      Vec2(n * lattice_.v.dot(frame_x_), n * lattice_.v.dot(frame_y_))};
   for (std::size_t i = 0; i < evened_.size(); ++i) {
     if (evened_[i] == flat_[i]) continue;
     for (int c = 0; c < 3; ++c) {
-      const Vec2 side = corner[(c + 1) % 3] - corner[c], offset = evened_[i] - corner[c];
+      const Vec2 side = flat_corners_[(c + 1) % 3] - flat_corners_[c], offset = evened_[i] - flat_corners_[c];
       if (!(side.x() * offset.y() - side.y() * offset.x() > 0.0)) evened_[i] = flat_[i];
     }
   }
@@ -475,7 +506,7 @@ void SheetCutter::triangulate(Index tet, double area) {
     Corners corners{};
     for (int c = 0; c < 3; ++c) {
       BorderPoint& point = border_[t[c]];
-      if (point.vertex == kNone) point.vertex = add_vertex(lattice_.origin + evened_[t[c]].x() * frame_x_ + evened_[t[c]].y() * frame_y_);
+      if (point.vertex == kNone) point.vertex = add_vertex(origin_ + evened_[t[c]].x() * frame_x_ + evened_[t[c]].y() * frame_y_);
       corners[c] = point.vertex;
     }
     keep(corners, tet);

@@ -8,6 +8,7 @@
 #include "curvesup/solid/solid.h"
 #include "trim/edge_map.h"
 #include "trim/polygon.h"
+#include "trim/triangle_lattice.h"
 
 namespace curvesup {
 
@@ -47,7 +48,7 @@ class SheetCutter {
   struct Edge {
     EdgeSide side = EdgeSide::outside;
     double step = 0.0;  // wanted length of an interval, here and in its triangles
-    int intervals = 1;  // at whose ends it was sampled; a power of two
+    int intervals = 1;  // at whose ends it was sampled
     Index first_cut = 0, cut_count = 0;
     std::size_t first_sample = 0;  // intervals + 1 values, from the end with the lower id; NaN: not asked for
   };
@@ -62,19 +63,11 @@ class SheetCutter {
     Index next;    // along the border, the inside on the left
   };
 
-  static constexpr std::int8_t kUnknownSide = -1;
-  // Samples at the nodes (i, j) of a triangle's lattice, i + j <= n, and the border points between neighbours.
-  struct Lattice {
-    int n = 1;
-    Vec3 origin, u, v;  // corner A, and AB / n and AC / n
-    std::vector<std::int8_t> side;
-    std::vector<double> value;                  // NaN: not asked for yet
-    std::vector<std::array<Index, 3>> crossing;  // towards (i + 1, j), (i, j + 1), and between these two
-    [[nodiscard]] Index at(int i, int j) const { return j * (2 * n + 3 - j) / 2 + i; }
-    [[nodiscard]] Vec3 position(int i, int j) const { return origin + i * u + j * v; }
-  };
-  struct Node {
-    int i, j;
+  using Node = TriangleLattice::Node;
+  // Nodes of the rows top .. bottom of the lattice that lie between two parts, from 0 to 1, of their rows.
+  struct Block {
+    int top, bottom;
+    double left, right;
   };
 
   double value(Index vertex);
@@ -84,10 +77,16 @@ class SheetCutter {
   void sample_edge(const Vec3& start, const Vec3& along, int low, int high);
   Index cut_between(const Vec3& inside, double inside_value, const Vec3& outside, double outside_value);
 
-  void start_lattice(const Corners& t, int n);
+  void start_lattice(const Corners& t, int n, int k);
   void take_edge(const Corners& t, int corner, const Edge& edge);
-  void sample_lattice(Node p, Node q, Node r);
+  template <typename Visit>
+  void for_nodes(const Block& block, const Visit& visit);
+  void sample(const Block& block);
+  void sample_halves(const Block& block);
+  [[nodiscard]] bool proved_outside(const Block& block);
+  [[nodiscard]] bool well_inside(const Block& block);
   double lattice_value(Node node);
+  [[nodiscard]] Vec2 flat_of(const Vec3& p) const { return {(p - origin_).dot(frame_x_), (p - origin_).dot(frame_y_)}; }
   Index add_border_point(const Vec3& position, Index vertex, bool fixed);
   Index crossing(Node inside, Node outside, Index& slot);
   void march_cell(const std::array<Node, 3>& node, const std::array<Index*, 3>& slot);
@@ -113,8 +112,9 @@ class SheetCutter {
   // Of the edge and the triangle at hand.
   std::vector<std::int8_t> edge_side_;
   std::vector<double> edge_value_;
-  Lattice lattice_;
-  Vec3 frame_x_ = Vec3::UnitX(), frame_y_ = Vec3::UnitY();
+  TriangleLattice lattice_;
+  Vec3 origin_ = Vec3::Zero(), frame_x_ = Vec3::UnitX(), frame_y_ = Vec3::UnitY();
+  std::array<Vec2, 3> flat_corners_;
   std::vector<BorderPoint> border_;
   std::vector<Vec2> flat_, evened_;  // where they are in the triangle's plane, and where they go
   std::vector<char> fixed_;

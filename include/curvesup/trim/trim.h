@@ -11,7 +11,7 @@
 namespace curvesup {
 
 struct TrimOptions {
-  // Longest step between samples of the solid, or half the radius of the thinnest strut that reaches there where that
+  // Longest step between samples of the solid, or a third of the radius of the thinnest strut that reaches there where that
   // is more. Cut points lie on the surface whatever this is.
   double edge_length_mm = 0.4;
   double min_piece_area_mm2 = 0.32;  // smaller pieces are removed and listed; half a squared bead
@@ -67,7 +67,7 @@ struct TrimResult {
 
 // Cuts the support's layers by the solid (paper, equation 2 and the cases N = 0..3 of its trimming step). A triangle is
 // skipped only when the solid's interval bound proves it outside; else it is sampled at a lattice. A triangle that is all
-// inside stays whole; inside, samples up to eight steps apart stand for what lies between when they and their middle are well
+// inside stays whole; inside, samples up to four steps apart stand for what lies between when they and their middle are well
 // inside: a notch or hole narrower than that can be printed over, no strut can be missed. Cut points are roots of the solid, those on
 // an edge decided by the edge alone and shared by its two triangles, so that a sheet stays without cracks. Between them the
 // border follows the surface within 0.01 mm, and what it encloses of the triangle is triangulated anew. Inside is value >= 0.
