@@ -15,6 +15,7 @@ constexpr double kMostKeyStep = 0.9;  // rad that a joint may turn between key w
 constexpr double kForbidden = 1e300;
 constexpr int kBranches = 8;
 constexpr int kRefinements = 6;
+constexpr std::size_t kSweptTogether = 64;  // waypoints whose links are looked at together
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
@@ -174,16 +175,15 @@ std::vector<std::size_t> key_waypoints(std::span<const DraftPoint> drafts, doubl
 }
 
 // The posture at a waypoint when it is comfortable.
-bool comfortable(const Cell& cell, const DraftPoint& draft, int branch, double yaw, Joints& joints) {
-  double metric = 0.0;
-  return cell.solve(draft.tip, draft.axis, yaw, branch, joints, &metric) == ArmFault::none && metric >= kComfort;
+bool comfortable(const Cell& cell, const DraftPoint& draft, int branch, double yaw, Posture& posture) {
+  return cell.solve(draft.tip, draft.axis, yaw, branch, posture) == ArmFault::none && posture.singularity >= kComfort;
 }
 
 bool keys_comfortable(const Cell& cell, std::span<const DraftPoint> drafts, const std::vector<std::size_t>& keys,
                       int branch, double yaw) {
-  Joints joints;
+  Posture posture;
   for (const std::size_t key : keys) {
-    if (!comfortable(cell, drafts[key], branch, yaw, joints)) return false;
+    if (!comfortable(cell, drafts[key], branch, yaw, posture)) return false;
   }
   return true;
 }
@@ -203,7 +203,7 @@ std::optional<ArmSection> keep_posture(const Cell& cell, std::span<const DraftPo
   if (!before.known) return std::nullopt;
   for (const double yaw : yaws_from(yaw_samples, before.yaw)) {
     if (!keys_comfortable(cell, drafts, keys, before.branch, yaw)) continue;
-    if (auto section = hold_posture(cell, drafts, before.branch, yaw)) return section;
+    if (auto section = hold_posture(cell, nullptr, drafts, before.branch, yaw)) return section;
   }
   return std::nullopt;
 }
@@ -342,6 +342,19 @@ void append_section(const Cell& cell, ArmSection section, ArmState& state, std::
   }
 }
 
+// Whether forearm or wrist touch something at some waypoints; they lie together, so most often none can.
+bool links_touch(const Cell& cell, const Deposit& obstacles, std::span<const ArmPoint> points, const PostureBoxes& boxes) {
+  const double clearance = cell.machine().tolerances.clearance_mm;
+  const auto touched = [&](const Cell::Capsule& link) {
+    return obstacles.touches_capsule(link.a, link.b, link.radius, clearance, points.back().draft.point);
+  };
+  const auto links = cell.links(boxes);
+  if (std::none_of(links.begin(), links.end(), touched)) return false;
+  return std::any_of(points.begin(), points.end(), [&](const ArmPoint& point) {
+    return touching_link(cell, obstacles, point.joints, point.draft.point, clearance) != nullptr;
+  });
+}
+
 }  // namespace
 
 const char* touching_link(const Cell& cell, const Deposit& deposit, const Joints& joints, Index before,
@@ -362,18 +375,24 @@ std::optional<double> held_yaw(const Cell& cell, std::span<const DraftPoint> dra
   return std::nullopt;
 }
 
-std::optional<ArmSection> hold_posture(const Cell& cell, std::span<const DraftPoint> drafts, int branch, double yaw) {
+std::optional<ArmSection> hold_posture(const Cell& cell, const Deposit* obstacles, std::span<const DraftPoint> drafts,
+                                       int branch, double yaw) {
   ArmSection section;
   section.branch = branch;
   section.points.reserve(drafts.size());
-  for (const DraftPoint& draft : drafts) {
-    ArmPoint point{draft, yaw, {}};
-    if (!comfortable(cell, draft, branch, yaw, point.joints)) return std::nullopt;
-    if (!section.points.empty() &&
-        largest_joint_step(section.points.back().joints, point.joints) > 0.5 * kMostKeyStep) {
-      return std::nullopt;
-    }
-    section.points.push_back(point);
+  PostureBoxes boxes;  // of the last waypoints
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < drafts.size(); ++i) {
+    Posture posture;
+    if (!comfortable(cell, drafts[i], branch, yaw, posture)) return std::nullopt;
+    if (i > 0 && largest_joint_step(section.points.back().joints, posture.joints) > 0.5 * kMostKeyStep) return std::nullopt;
+    section.points.push_back({drafts[i], yaw, posture.joints});
+    if (!obstacles) continue;
+    boxes.add(posture);
+    if (i - first + 1 < kSweptTogether && i + 1 < drafts.size()) continue;
+    if (links_touch(cell, *obstacles, std::span(section.points).subspan(first), boxes)) return std::nullopt;
+    boxes = {};
+    first = i + 1;
   }
   return section;
 }

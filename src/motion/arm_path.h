@@ -48,11 +48,11 @@ struct ArmState {
 
 // What plan_arm_path() tries first, in steps that do not need each other's joints: the turn of the head nearest to the
 // one before with which the path can be held, as far as its key waypoints tell; the whole path held so, when that is
-// comfortable all along; and the sections it is cut into.
+// comfortable all along and forearm and wrist keep clear of the obstacles; and the sections it is cut into.
 [[nodiscard]] std::optional<double> held_yaw(const Cell& cell, std::span<const DraftPoint> drafts,
                                              const MotionOptions& options, double yaw_before, int branch);
-[[nodiscard]] std::optional<ArmSection> hold_posture(const Cell& cell, std::span<const DraftPoint> drafts, int branch,
-                                                     double yaw);
+[[nodiscard]] std::optional<ArmSection> hold_posture(const Cell& cell, const Deposit* obstacles,
+                                                     std::span<const DraftPoint> drafts, int branch, double yaw);
 [[nodiscard]] ArmPath cut_section(const Cell& cell, ArmSection section, const ArmState& before);
 
 // The link of the arm that touches what is laid before a toolpath point, or null.

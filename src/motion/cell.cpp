@@ -1,5 +1,6 @@
 #include "motion/cell.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -112,23 +113,44 @@ ArmFault Cell::arm_fault(const Posture& posture) const {
   return fault_at(posture.singularity, posture.origins);
 }
 
-ArmFault Cell::solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Joints& joints,
-                     double* metric) const {
-  Posture posture;
+ArmFault Cell::solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Posture& posture) const {
   if (!inverse_kinematics(machine_.arm, flange_frame(tip_mm, axis, yaw), branch, posture)) return ArmFault::reach;
-  joints = posture.joints;
-  if (metric) *metric = posture.singularity;
   return arm_fault(posture);
+}
+
+ArmFault Cell::solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Joints& joints) const {
+  Posture posture;
+  const ArmFault fault = solve(tip_mm, axis, yaw, branch, posture);
+  if (fault != ArmFault::reach) joints = posture.joints;
+  return fault;
+}
+
+std::array<Cell::Capsule, 4> Cell::links_between(const std::array<Vec3, 5>& origins) const {
+  const auto at = [&](std::size_t i) { return Vec3(1e3 * (platform_.linear().transpose() * (origins[i] - platform_.translation()))); };
+  const ArmBody& body = machine_.arm.body;
+  return {{{at(0), at(1), body.forearm_radius_mm, "forearm"},
+           {at(1), at(2), body.wrist_radius_mm, "first wrist"},
+           {at(2), at(3), body.wrist_radius_mm, "second wrist"},
+           {at(3), at(4), body.wrist_radius_mm, "third wrist"}}};
 }
 
 std::array<Cell::Capsule, 4> Cell::links(const Joints& joints) const {
   const std::array<Frame, 6> frames = link_frames(machine_.arm, joints);
-  const auto at = [&](int frame) { return Vec3(1e3 * (platform_.linear().transpose() * (frames[frame].translation() - platform_.translation()))); };
-  const ArmBody& body = machine_.arm.body;
-  return {{{at(1), at(2), body.forearm_radius_mm, "forearm"},
-           {at(2), at(3), body.wrist_radius_mm, "first wrist"},
-           {at(3), at(4), body.wrist_radius_mm, "second wrist"},
-           {at(4), at(5), body.wrist_radius_mm, "third wrist"}}};
+  return links_between({frames[1].translation(), frames[2].translation(), frames[3].translation(),
+                        frames[4].translation(), frames[5].translation()});
+}
+
+std::array<Cell::Capsule, 4> Cell::links(const PostureBoxes& postures) const {
+  std::array<Vec3, 5> middles;
+  std::array<double, 5> reach_mm;
+  for (std::size_t i = 0; i < middles.size(); ++i) {
+    middles[i] = postures.origins[i].center();
+    reach_mm[i] = 500.0 * postures.origins[i].diagonal().norm();
+  }
+  std::array<Capsule, 4> links = links_between(middles);
+  // Between its ends a link strays no farther than they do.
+  for (std::size_t i = 0; i < links.size(); ++i) links[i].radius += std::max(reach_mm[i], reach_mm[i + 1]);
+  return links;
 }
 
 bool Cell::head_above_table(const Vec3& tip_mm, const Vec3& axis) const {

@@ -12,6 +12,14 @@ namespace curvesup {
 enum class ArmFault : std::uint8_t { none, reach, limit, singular, table };
 [[nodiscard]] const char* describe(ArmFault fault);
 
+// Boxes around the origins of several postures.
+struct PostureBoxes {
+  std::array<Eigen::AlignedBox3d, 5> origins;
+  void add(const Posture& posture) {
+    for (std::size_t i = 0; i < origins.size(); ++i) origins[i].extend(posture.origins[i]);
+  }
+};
+
 // The machine with everything that follows from it: frames of poses, limits in radians, bodies.
 class Cell {
  public:
@@ -32,8 +40,8 @@ class Cell {
   [[nodiscard]] ArmFault arm_fault(const Joints& joints, double* metric = nullptr) const;
   [[nodiscard]] ArmFault arm_fault(const Posture& posture) const;
   // The fault of the branch at a pose, with its joints.
-  [[nodiscard]] ArmFault solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Joints& joints,
-                               double* metric = nullptr) const;
+  [[nodiscard]] ArmFault solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Posture& posture) const;
+  [[nodiscard]] ArmFault solve(const Vec3& tip_mm, const Vec3& axis, double yaw, int branch, Joints& joints) const;
 
   // Bodies of forearm and wrist as segments with radius, platform frame, millimetres.
   struct Capsule {
@@ -42,6 +50,8 @@ class Cell {
     const char* name;
   };
   [[nodiscard]] std::array<Capsule, 4> links(const Joints& joints) const;
+  // Capsules that hold those of several postures.
+  [[nodiscard]] std::array<Capsule, 4> links(const PostureBoxes& postures) const;
 
   // Head against the platform plane.
   [[nodiscard]] bool head_above_table(const Vec3& tip_mm, const Vec3& axis) const;
@@ -55,6 +65,8 @@ class Cell {
   HeadShape head_;
   [[nodiscard]] bool within_limits(const Joints& joints) const;
   [[nodiscard]] ArmFault fault_at(double singularity, const std::array<Vec3, 5>& origins) const;
+
+  [[nodiscard]] std::array<Capsule, 4> links_between(const std::array<Vec3, 5>& origins) const;
 
   Frame platform_, platform_inverse_, tcp_, tcp_inverse_;
   Joints low_, high_, speed_;

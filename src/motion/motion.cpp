@@ -443,10 +443,9 @@ class MotionPlanner {
     parallel_for(guesses.size(), 4, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t g = begin; g < end; ++g) {
         Guess& guess = guesses[g];
-        guess.section = hold_posture(cell_, placed.drafts[guess.path], state_.branch, guess.yaw);
-        if (!guess.section || !options_.avoid_collisions) continue;
-        guess.links_free = !links_touch(*guess.section, placed.paths[guess.path].first_point);
-        if (!guess.links_free) guess.section.reset();
+        const Deposit* obstacles = options_.avoid_collisions ? &deposit_ : nullptr;
+        guess.section = hold_posture(cell_, obstacles, placed.drafts[guess.path], state_.branch, guess.yaw);
+        guess.links_free = guess.section && obstacles;
       }
     });
     return guesses;
