@@ -19,27 +19,32 @@ struct Columns {
         length(dz + rows), reach2(length + rows), inverse_reach2(reach2 + rows) {}
 };
 
-// Square roots may set errno, so a compiler does not take several at once unless it is told to: they get a loop of their own.
-[[gnu::always_inline]] inline void take_roots(double* values, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) values[i] = std::sqrt(values[i] > 0.0 ? values[i] : 0.0);
-}
-
-// What each kernel adds at a point. The same operations in the same order, however many are done at once: so the same bits.
-__attribute__((target_clones("avx2", "default"), optimize("O3"))) void contributions(const Columns& k, std::size_t rows, const double* p,
-                                                                                     double scale, double* __restrict out) {
+// The sum, in order, of what each kernel adds at a point. Some kernels at once; most of those near do not reach the point, so
+// that whole groups of them end early. The same operations in the same order, however many are done at once: so the same bits.
+__attribute__((target_clones("avx2", "default"), optimize("O3"))) double sum_at(const Columns& k, std::size_t rows, const double* p,
+                                                                                  double scale) {
   const double x = p[0], y = p[1], z = p[2];
-  for (std::size_t i = 0; i < rows; ++i) {
-    const double ox = x - k.ax[i], oy = y - k.ay[i], oz = z - k.az[i];
-    const double along = ox * k.dx[i] + oy * k.dy[i] + oz * k.dz[i];
-    out[i] = k.reach2[i] - (ox * ox + oy * oy + oz * oz - along * along);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < rows; i += kLanes) {
+    double along[kLanes], half2[kLanes], room[kLanes], part[kLanes];
+#pragma GCC unroll 1
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const double ox = x - k.ax[i + l], oy = y - k.ay[i + l], oz = z - k.az[i + l];
+      along[l] = ox * k.dx[i + l] + oy * k.dy[i + l] + oz * k.dz[i + l];
+      half2[l] = k.reach2[i + l] - (ox * ox + oy * oy + oz * oz - along[l] * along[l]);
+      const double above = along[l] - k.length[i + l], beside = above > -along[l] ? above : -along[l], beyond = beside > 0.0 ? beside : 0.0;
+      room[l] = half2[l] - beyond * beyond;  // as Kernel::contribution asks
+    }
+    double most = room[0];
+    for (std::size_t l = 1; l < kLanes; ++l) most = room[l] > most ? room[l] : most;
+    if (most <= 0.0) continue;
+#pragma GCC unroll 1
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      part[l] = chord_contribution(half2[l], __builtin_sqrt(half2[l]), along[l], k.length[i + l], k.inverse_reach2[i + l], scale);
+    }
+    for (std::size_t l = 0; l < kLanes; ++l) sum += part[l];
   }
-  take_roots(out, rows);
-  for (std::size_t i = 0; i < rows; ++i) {
-    const double ox = x - k.ax[i], oy = y - k.ay[i], oz = z - k.az[i];
-    const double along = ox * k.dx[i] + oy * k.dy[i] + oz * k.dz[i];
-    const double half2 = k.reach2[i] - (ox * ox + oy * oy + oz * oz - along * along);
-    out[i] = chord_contribution(half2, out[i], along, k.length[i], k.inverse_reach2[i], scale);
-  }
+  return sum;
 }
 
 // The most that each kernel adds in a ball, as Kernel::most_in_ball.
@@ -67,10 +72,10 @@ void ConvolutionSolid::Local::focus(const Vec3& centre, double radius) {
     if (solid_.kernels_[s].reaches(centre, (1.0 + kRounding) * radius)) near_.push_back(s);
   }
   without_cone_ = std::lower_bound(near_.begin(), near_.end(), solid_.first_cone_) - near_.begin();
-  rows_ = (near_.size() + kLanes - 1) / kLanes * kLanes;
+  rows_ = (without_cone_ + kLanes - 1) / kLanes * kLanes;
   table_.assign(rows_ * kColumns, 0.0);  // a kernel without reach adds nothing
-  contribution_.resize(rows_);
-  for (std::size_t i = 0; i < near_.size(); ++i) {
+  most_.resize(rows_);
+  for (std::size_t i = 0; i < without_cone_; ++i) {
     const Kernel& k = solid_.kernels_[near_[i]];
     const double reach2 = k.reach * k.reach;
     const std::array<double, kColumns> row = {k.a.x(), k.a.y(), k.a.z(), k.direction.x(), k.direction.y(),
@@ -81,19 +86,16 @@ void ConvolutionSolid::Local::focus(const Vec3& centre, double radius) {
 
 double ConvolutionSolid::Local::value(const Vec3& p) {
   if (!in_focus(p)) return solid_.value(p);
-  contributions({table_, rows_}, rows_, p.data(), solid_.scale_, contribution_.data());
-  double sum = 0.0;
-  for (std::size_t i = 0; i < without_cone_; ++i) sum += contribution_[i];
-  for (std::size_t i = without_cone_; i < near_.size(); ++i) {
-    if (contribution_[i] > 0.0) sum += solid_.contribution(near_[i], p);
-  }
+  double sum = sum_at({table_, rows_}, rows_, p.data(), solid_.scale_);
+  for (std::size_t i = without_cone_; i < near_.size(); ++i) sum += solid_.contribution(near_[i], p);
   return solid_.feet_.empty() ? sum - 1.0 : std::max(sum - 1.0, solid_.foot_value(p));
 }
 
 bool ConvolutionSolid::Local::surely_outside(const Vec3& centre, double radius) {
-  most_in_ball({table_, rows_}, rows_, centre.data(), radius, solid_.scale_, contribution_.data());
+  most_in_ball({table_, rows_}, rows_, centre.data(), radius, solid_.scale_, most_.data());
   double high = kBoundSlack;
-  for (std::size_t i = 0; i < near_.size(); ++i) high += contribution_[i];
+  for (std::size_t i = 0; i < without_cone_; ++i) high += most_[i];
+  for (std::size_t i = without_cone_; i < near_.size(); ++i) high += solid_.kernels_[near_[i]].most_in_ball(centre, radius, solid_.scale_);
   return high < 1.0 && solid_.feet_outside(centre, radius);
 }
 

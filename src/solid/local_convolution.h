@@ -7,7 +7,8 @@
 
 namespace curvesup {
 
-// Holds the kernels that reach into the ball in focus as columns of numbers, so that a loop over them does several at once.
+// Holds the kernels that reach into the ball in focus, those without a cone as columns of numbers, so that a loop over them does
+// several at once.
 class ConvolutionSolid::Local : public LocalSolid {
  public:
   explicit Local(const ConvolutionSolid& solid) : LocalSolid(solid), solid_(solid) {}
@@ -24,7 +25,7 @@ class ConvolutionSolid::Local : public LocalSolid {
   const ConvolutionSolid& solid_;
   std::vector<Index> near_;        // ascending, so those with a cone come last
   std::size_t without_cone_ = 0, rows_ = 0;
-  std::vector<double> table_, contribution_;
+  std::vector<double> table_, most_;
 };
 
 }  // namespace curvesup

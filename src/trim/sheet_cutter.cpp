@@ -23,10 +23,12 @@ constexpr int kFewNodes = 4;
 constexpr double kMaxIntervals = 2048.0;
 // Cuts of edges, and what of the border is drawn inside a triangle.
 constexpr double kCutTolerance_mm = 2e-4, kRootTolerance_mm = 1e-3;
-// Where all corners have a lower value than this it is hardly ever provable that a whole triangle is inside.
+// Where all corners have a lower value than this it is hardly ever provable that a whole polygon is inside.
 constexpr double kDeepInside = 1.0;
 // Parts of a lattice edge.
 constexpr double kBesideNode = 0.02, kOffNode = 1e-5;
+// What a border point keeps of its distance from a side of its cell.
+constexpr double kBesideSide = 0.02;
 // A border that leaves its chord by less gets no further point.
 constexpr double kFlatBorder_mm = 3e-3;
 // Border points that lie nearer to the line between others are left out.
@@ -77,7 +79,7 @@ Vec3 root_between(LocalSolid& solid, const Vec3& inside, double inside_value, co
 Index SheetCutter::add_vertex(const Vec3& position) {
   vertices_.push_back(position);
   value_.push_back(kUnknown);
-  side_.push_back(TriangleLattice::kUnknownSide);
+  side_.push_back(RowLattice::kUnknownSide);
   return static_cast<Index>(vertices_.size()) - 1;
 }
 
@@ -87,12 +89,12 @@ double SheetCutter::value(Index vertex) {
 }
 
 bool SheetCutter::inside(Index vertex) {
-  if (side_[vertex] == TriangleLattice::kUnknownSide) side_[vertex] = value(vertex) >= 0.0;
+  if (side_[vertex] == RowLattice::kUnknownSide) side_[vertex] = value(vertex) >= 0.0;
   return side_[vertex] == 1;
 }
 
-void SheetCutter::keep(const Corners& t, Index tet) {
-  triangles_.push_back(t);
+void SheetCutter::keep(const std::array<Index, 3>& triangle, Index tet) {
+  triangles_.push_back(triangle);
   triangle_tet_.push_back(tet);
 }
 
@@ -123,7 +125,7 @@ const SheetCutter::Edge& SheetCutter::edge(Index a, Index b) {
   edge.intervals = intervals(length, edge.step);
   edge.first_cut = static_cast<Index>(cuts_.size());
   const int n = edge.intervals;
-  edge_side_.assign(n + 1, TriangleLattice::kUnknownSide);
+  edge_side_.assign(n + 1, RowLattice::kUnknownSide);
   edge_value_.assign(n + 1, kUnknown);
   edge_side_[0] = inside(low);
   edge_side_[n] = inside(high);
@@ -159,7 +161,7 @@ void SheetCutter::sample_edge(const Vec3& start, const Vec3& step, int low, int 
   const Vec3 centre = start + middle * step;
   const auto fill = [&](std::int8_t side) {
     for (int i = low + 1; i < high; ++i) {
-      if (edge_side_[i] == TriangleLattice::kUnknownSide) edge_side_[i] = side;
+      if (edge_side_[i] == RowLattice::kUnknownSide) edge_side_[i] = side;
     }
   };
   const bool ends_inside = edge_side_[low] == 1 && edge_side_[high] == 1;
@@ -175,49 +177,55 @@ void SheetCutter::sample_edge(const Vec3& start, const Vec3& step, int low, int 
   sample_edge(start, step, middle, high);
 }
 
-void SheetCutter::add_triangle(const std::array<Index, 3>& t, Index tet) {
-  const Vec3 &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
-  const std::array<double, 3> length = {(b - a).norm(), (c - b).norm(), (a - c).norm()};
-  const int longest = static_cast<int>(std::max_element(length.begin(), length.end()) - length.begin());
-  const Vec3 centre = 0.5 * (vertices_[t[longest]] + vertices_[t[(longest + 1) % 3]]);
-  const double radius = std::max(0.5 * length[longest], (vertices_[t[(longest + 2) % 3]] - centre).norm());
+void SheetCutter::add_polygon(std::span<const Index> corners, Index tet) {
+  // A ball around it: that of its longest side or diagonal, or a larger one.
+  Vec3 centre = Vec3::Zero();
+  double longest2 = -1.0, area = 0.0, radius2 = 0.0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Vec3 &p = vertices_[corners[i]], &q = vertices_[corners[j]];
+      if ((p - q).squaredNorm() <= longest2) continue;
+      longest2 = (p - q).squaredNorm();
+      centre = 0.5 * (p + q);
+    }
+    if (i >= 2) area += triangle_area(vertices_[corners[0]], vertices_[corners[i - 1]], vertices_[corners[i]]);
+  }
+  for (const Index v : corners) radius2 = std::max(radius2, (vertices_[v] - centre).squaredNorm());
+  const double radius = std::sqrt(radius2);
   solid_->focus(centre, radius);
-  const int corners_inside = inside(t[0]) + inside(t[1]) + inside(t[2]);
-  const double area = triangle_area(a, b, c);
-  if (corners_inside == 0 && solid_->surely_outside(centre, radius)) {
+  const auto keep_whole = [&] {
+    for (std::size_t i = 2; i < corners.size(); ++i) keep({corners[0], corners[i - 1], corners[i]}, tet);
+  };
+  const bool all_inside = std::all_of(corners.begin(), corners.end(), [&](Index v) { return inside(v); });
+  const bool all_outside = !all_inside && std::none_of(corners.begin(), corners.end(), [&](Index v) { return inside(v); });
+  if (all_outside && solid_->surely_outside(centre, radius)) {
     cut_away_ += area;
     return;
   }
-  if (corners_inside == 3 && std::min({value_[t[0]], value_[t[1]], value_[t[2]]}) > kDeepInside && solid_->surely_inside(centre, radius)) {
-    keep(t, tet);
-    return;
-  }
-  // The lattice has rows along the shortest edge.
-  const int shortest = static_cast<int>(std::min_element(length.begin(), length.end()) - length.begin());
-  const Corners corners = {t[(shortest + 2) % 3], t[shortest], t[(shortest + 1) % 3]};
-  // A point of the triangle lies in the ball around at least one of its edges.
+  const bool deep = all_inside && std::all_of(corners.begin(), corners.end(), [&](Index v) { return value_[v] > kDeepInside; });
+  if (deep && solid_->surely_inside(centre, radius)) return keep_whole();
+
+  const Corners ring = corners.size() == 3 ? rows_of_triangle(corners) : rows_of_quadrilateral(corners);
+  const int sides = static_cast<int>(corners.size());
+  // A point of the polygon lies in the ball around at least one of its edges.
   double step = std::numeric_limits<double>::infinity();
-  int n = 1, k = 1;
-  bool whole = corners_inside == 3 || corners_inside == 0;
-  for (int e = 0; e < 3; ++e) {
-    const Edge& found = edge(corners[e], corners[(e + 1) % 3]);
-    (e == 1 ? k : n) = std::max(e == 1 ? k : n, found.intervals);
+  bool mixed = false;
+  for (int e = 0; e < sides; ++e) {
+    const Edge& found = edge(ring[e], ring[(e + 1) % 4]);
     step = std::min(step, found.step);
-    whole = whole && found.side != EdgeSide::mixed;
+    mixed = mixed || found.side == EdgeSide::mixed;
   }
-  k = std::max(k, intervals(length[shortest], step));
-  n = std::max({n, k, intervals(length[longest], step)});
-  start_lattice(corners, n, k);
-  for (int e = 0; e < 3; ++e) take_edge(corners, e, edge(corners[e], corners[(e + 1) % 3]));
-  sample_halves({0, n, 0.0, 1.0});
-  whole = whole && lattice_.all_on(corners_inside == 3);
-  if (whole) {
-    corners_inside == 3 ? keep(t, tet) : void(cut_away_ += area);
+  start_lattice(ring, step);
+  for (int e = 0; e < sides; ++e) take_edge(ring, e, edge(ring[e], ring[(e + 1) % 4]));
+  const int rows = lattice_.rows();
+  sample_halves({0, rows, 0.0, 1.0});
+  if (!mixed && (all_inside || all_outside) && lattice_.all_on(all_inside)) {
+    all_inside ? keep_whole() : void(cut_away_ += area);
     return;
   }
-  for (int j = 0; j < n; ++j) {
+  for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < lattice_.intervals(j + 1); ++i) {
-      using enum TriangleLattice::Link;
+      using enum RowLattice::Link;
       const Node here = {j, i}, down = {j + 1, i}, aside = {j + 1, i + 1}, next = {j, i + 1};
       march_cell({here, down, aside},
                  {&lattice_.crossing(here, kDown), &lattice_.crossing(down, kAlong), &lattice_.crossing(here, kDownAside)});
@@ -229,15 +237,46 @@ void SheetCutter::add_triangle(const std::array<Index, 3>& t, Index tet) {
   triangulate(tet, area);
 }
 
-void SheetCutter::start_lattice(const Corners& t, int n, int k) {
-  const Vec3 &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
-  lattice_.set(a, b, c, n, k);
-  origin_ = a;
-  const double ab = (b - a).norm(), ac = (c - a).norm();
-  frame_x_ = ab > 0.0 ? Vec3((b - a) / ab) : ac > 0.0 ? Vec3((c - a) / ac) : Vec3(Vec3::UnitX());
-  const Vec3 across = (c - a) - frame_x_ * frame_x_.dot(c - a);
-  const double height = across.norm();
-  frame_y_ = height > 0.0 ? Vec3(across / height) : frame_x_.unitOrthogonal();
+double SheetCutter::length(Index a, Index b) const { return (vertices_[b] - vertices_[a]).norm(); }
+
+// Rows along the shortest side.
+SheetCutter::Corners SheetCutter::rows_of_triangle(std::span<const Index> t) const {
+  const std::array<double, 3> side = {length(t[0], t[1]), length(t[1], t[2]), length(t[2], t[0])};
+  const auto shortest = std::min_element(side.begin(), side.end()) - side.begin();
+  const Index apex = t[(shortest + 2) % 3];
+  return {apex, t[shortest], t[(shortest + 1) % 3], apex};
+}
+
+// Rows along the two opposite sides that are shorter, the longer one of them last.
+SheetCutter::Corners SheetCutter::rows_of_quadrilateral(std::span<const Index> q) const {
+  std::array<double, 4> side{};
+  for (int c = 0; c < 4; ++c) side[c] = length(q[c], q[(c + 1) % 4]);
+  const int pair = std::max(side[0], side[2]) < std::max(side[1], side[3]) ? 0 : 1;
+  const int last = side[pair] > side[pair + 2] ? pair : pair + 2;
+  return {q[(last + 3) % 4], q[last], q[(last + 1) % 4], q[(last + 2) % 4]};
+}
+
+void SheetCutter::start_lattice(const Corners& ring, double step) {
+  const auto count = [&](int side) {
+    const Index from = ring[side], to = ring[(side + 1) % 4];
+    return from == to ? 0 : std::max(edge(from, to).intervals, intervals(length(from, to), step));
+  };
+  RowLattice::Size size{std::max(count(0), count(2)), count(3), count(1)};
+  size.bottom = std::max(size.top, size.bottom);
+  size.rows = std::max(size.rows, size.bottom - size.top);
+  const std::array<Vec3, 4> at = {vertices_[ring[0]], vertices_[ring[1]], vertices_[ring[2]], vertices_[ring[3]]};
+  lattice_.set(at, size);
+
+  origin_ = at[0];
+  const Vec3 side = at[1] - at[0], diagonal = at[2] - at[0];
+  frame_x_ = (side.squaredNorm() > 0.0 ? side : diagonal.squaredNorm() > 0.0 ? diagonal : Vec3(Vec3::UnitX())).normalized();
+  frame_y_ = Vec3::Zero();
+  for (const Vec3& p : {at[2], at[3]}) {
+    const Vec3 across = (p - at[0]) - frame_x_ * frame_x_.dot(p - at[0]);
+    if (across.squaredNorm() > frame_y_.squaredNorm()) frame_y_ = across;
+  }
+  frame_y_ = frame_y_.squaredNorm() > 0.0 ? frame_y_.normalized() : frame_x_.unitOrthogonal();
+  for (int c = 0; c < 4; ++c) flat_corners_[c] = flat_of(at[c]);
   border_.clear();
   flat_.clear();
   fixed_.clear();
@@ -245,21 +284,22 @@ void SheetCutter::start_lattice(const Corners& t, int n, int k) {
 }
 
 // Puts the sides of an edge's nodes and its cuts into the lattice, and its ends and cuts into the perimeter.
-void SheetCutter::take_edge(const Corners& t, int corner, const Edge& edge) {
-  using enum TriangleLattice::Link;
-  const Index from = t[corner], to = t[(corner + 1) % 3];
-  const int rows = lattice_.rows(), n = corner == 1 ? lattice_.intervals(rows) : rows;
+void SheetCutter::take_edge(const Corners& ring, int corner, const Edge& edge) {
+  using enum RowLattice::Link;
+  const Index from = ring[corner], to = ring[(corner + 1) % 4];
+  const int rows = lattice_.rows(), n = corner == 1 ? lattice_.intervals(rows) : corner == 3 ? lattice_.intervals(0) : rows;
   const auto node = [&](int i) -> Node {
-    return corner == 0 ? Node{i, 0} : corner == 1 ? Node{rows, i} : Node{n - i, lattice_.intervals(n - i)};
+    return corner == 0   ? Node{i, 0}
+           : corner == 1 ? Node{rows, i}
+           : corner == 2 ? Node{n - i, lattice_.intervals(n - i)}
+                         : Node{0, n - i};
   };
   const auto slot = [&](int i) -> Index& {
-    if (corner == 0) return lattice_.crossing(node(i), kDown);
-    if (corner == 1) return lattice_.crossing(node(i), kAlong);
-    const Node upper = node(i + 1);
-    return lattice_.crossing(upper, node(i).i > upper.i ? kDownAside : kDown);
+    const Node here = node(i), next = node(i + 1);
+    if (corner < 2) return lattice_.crossing(here, corner == 0 ? kDown : kAlong);
+    return lattice_.crossing(next, corner == 3 ? kAlong : here.i > next.i ? kDownAside : kDown);
   };
   std::int8_t side = side_[from];
-  flat_corners_[corner] = flat_of(vertices_[from]);
   perimeter_.push_back({add_border_point(vertices_[from], from, true), side});
   Index taken = 0;
   for (int i = 0; i <= n; ++i) {
@@ -295,11 +335,11 @@ void SheetCutter::sample(const Block& block) {
   std::array<int, 3> count{};  // outside, inside, unknown
   for_nodes(block, [&](Node node) {
     const std::int8_t side = lattice_.side(node);
-    ++count[side == TriangleLattice::kUnknownSide ? 2 : side];
+    ++count[side == RowLattice::kUnknownSide ? 2 : side];
   });
   const auto fill = [&](std::int8_t as) {
     for_nodes(block, [&](Node node) {
-      if (lattice_.side(node) == TriangleLattice::kUnknownSide) lattice_.side(node) = as;
+      if (lattice_.side(node) == RowLattice::kUnknownSide) lattice_.side(node) = as;
     });
   };
   if (count[2] == 0) return;
@@ -315,7 +355,7 @@ void SheetCutter::sample_halves(const Block& block) {
   const double columns = (block.right - block.left) * lattice_.intervals(block.bottom);
   if ((rows + 1) * (columns + 1.0) <= 2.0 * kFewNodes) {
     for_nodes(block, [&](Node node) {
-      if (lattice_.side(node) == TriangleLattice::kUnknownSide) lattice_.side(node) = lattice_value(node) >= 0.0;
+      if (lattice_.side(node) == RowLattice::kUnknownSide) lattice_.side(node) = lattice_value(node) >= 0.0;
     });
   } else if (rows >= columns) {
     const int middle = block.top + rows / 2;
@@ -443,23 +483,26 @@ Index SheetCutter::point_beside(Index from, Index to, const std::array<Node, 3>&
   const Vec3 root = evenness > 0.6 && evenness < 1.6 ? Vec3(middle + at_middle / (at_middle - at_end) * reach * across)
                     : at_middle >= 0.0              ? root_between(*solid_, middle, at_middle, end, at_end)
                                                     : root_between(*solid_, end, at_end, middle, at_middle);
-  if ((root - middle).squaredNorm() < kFlatBorder_mm * kFlatBorder_mm) return kNone;
   // Inside the cell, so that neither its neighbours nor other borders need to know.
+  double part = 1.0;
   for (int c = 0; c < 3; ++c) {
-    const Vec3 corner = lattice_.position(node[c]);
-    const Vec3 side = lattice_.position(node[(c + 1) % 3]) - corner, offset = root - corner;
-    if (!(side.dot(frame_x_) * offset.dot(frame_y_) - side.dot(frame_y_) * offset.dot(frame_x_) > 0.0)) return kNone;
+    const Vec3 corner = lattice_.position(node[c]), side = lattice_.position(node[(c + 1) % 3]) - corner;
+    const Vec3 in = side.dot(frame_x_) * frame_y_ - side.dot(frame_y_) * frame_x_;
+    const double from_side = in.dot(middle - corner), root_from_side = in.dot(root - corner);
+    if (root_from_side < kBesideSide * from_side) part = std::min(part, (1.0 - kBesideSide) * from_side / (from_side - root_from_side));
   }
-  return add_border_point(root, kNone, false);
+  const Vec3 offset = part * (root - middle);
+  if (!(offset.squaredNorm() >= kFlatBorder_mm * kFlatBorder_mm)) return kNone;
+  return add_border_point(middle + offset, kNone, false);
 }
 
-// Puts border points back that were moved out of the triangle.
-void SheetCutter::stay_in_triangle() {
+// Puts border points back that were moved out of the polygon.
+void SheetCutter::stay_in_polygon() {
   for (std::size_t i = 0; i < evened_.size(); ++i) {
     if (evened_[i] == flat_[i]) continue;
-    for (int c = 0; c < 3; ++c) {
-      const Vec2 side = flat_corners_[(c + 1) % 3] - flat_corners_[c], offset = evened_[i] - flat_corners_[c];
-      if (!(side.x() * offset.y() - side.y() * offset.x() > 0.0)) evened_[i] = flat_[i];
+    for (int c = 0; c < 4; ++c) {
+      const Vec2 side = flat_corners_[(c + 1) % 4] - flat_corners_[c], offset = evened_[i] - flat_corners_[c];
+      if (side.squaredNorm() > 0.0 && !(side.x() * offset.y() - side.y() * offset.x() > 0.0)) evened_[i] = flat_[i];
     }
   }
 }
@@ -483,7 +526,7 @@ void SheetCutter::triangulate(Index tet, double area) {
     simplify_loop(flat_, fixed_, kBorderTolerance_mm, simple, evened_);
     if (simple.size() >= 3) loops.push_back(std::move(simple));
   }
-  stay_in_triangle();
+  stay_in_polygon();
   // Borders nearer to each other than the tolerance may have been made to cross: then every point stays.
   auto triangles = triangulate_loops(evened_, loops);
   const auto enclosed = [&] {
@@ -503,7 +546,7 @@ void SheetCutter::triangulate(Index tet, double area) {
   }
   cut_away_ += area - enclosed();
   for (const auto& t : triangles) {
-    Corners corners{};
+    std::array<Index, 3> corners{};
     for (int c = 0; c < 3; ++c) {
       BorderPoint& point = border_[t[c]];
       if (point.vertex == kNone) point.vertex = add_vertex(origin_ + evened_[t[c]].x() * frame_x_ + evened_[t[c]].y() * frame_y_);

@@ -2,6 +2,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
@@ -61,6 +62,15 @@ VertexRange vertex_range(const LayerStack& stack, const Sheet& sheet) {
   return range;
 }
 
+// The quadrilateral in which a tet is cut, if two triangles are its halves: they meet in the diagonal from its first corner.
+std::optional<std::array<Index, 4>> joined(const LayerStack& stack, Index first, Index second) {
+  const auto &t = stack.triangles[first], &u = stack.triangles[second];
+  if (stack.triangle_tet[first] != stack.triangle_tet[second]) return std::nullopt;
+  if (t[0] == u[0] && t[2] == u[1]) return std::array{t[0], t[1], t[2], u[2]};
+  if (t[1] == u[0] && t[2] == u[2]) return std::array{u[0], u[1], u[2], t[0]};
+  return std::nullopt;
+}
+
 TrimmedSheet trim_sheet(const LayerStack& stack, const Sheet& sheet, const std::vector<char>& reachable, const Solid& solid,
                         const TrimOptions& options) {
   TrimmedSheet result;
@@ -68,23 +78,30 @@ TrimmedSheet trim_sheet(const LayerStack& stack, const Sheet& sheet, const std::
   const VertexRange range = vertex_range(stack, sheet);
   std::vector<Index> local(range.count, kNone);
   SheetCutter cutter(solid, options.edge_length_mm);
-  for (Index i = sheet.first_triangle; i < sheet.first_triangle + sheet.triangle_count; ++i) {
-    auto t = stack.triangles[i];
+  const auto local_vertex = [&](Index v) {
+    Index& id = local[v - range.low];
+    if (id == kNone) {
+      id = cutter.add_vertex(stack.vertices[v]);
+      result.source.resize(id + 1, kNone);
+      result.source[id] = v;
+    }
+    return id;
+  };
+  const Index end = sheet.first_triangle + sheet.triangle_count;
+  for (Index i = sheet.first_triangle; i < end; ++i) {
+    const auto& t = stack.triangles[i];
     const Index tet = stack.triangle_tet[i];
     if (!reachable[tet]) {
       result.cut_away_area += triangle_area(stack.vertices[t[0]], stack.vertices[t[1]], stack.vertices[t[2]]);
       continue;
     }
-    for (Index& v : t) {
-      Index& id = local[v - range.low];
-      if (id == kNone) {
-        id = cutter.add_vertex(stack.vertices[v]);
-        result.source.resize(id + 1, kNone);
-        result.source[id] = v;
-      }
-      v = id;
+    if (auto ring = i + 1 < end ? joined(stack, i, i + 1) : std::nullopt) {
+      for (Index& v : *ring) v = local_vertex(v);
+      cutter.add_polygon(*ring, tet);
+      ++i;
+    } else {
+      cutter.add_polygon(std::array{local_vertex(t[0]), local_vertex(t[1]), local_vertex(t[2])}, tet);
     }
-    cutter.add_triangle(t, tet);
   }
   result.cut_away_area += cutter.cut_away_area();
   result.vertices = cutter.vertices();

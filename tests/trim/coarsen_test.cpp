@@ -52,7 +52,7 @@ CutSheet cut_surface(const Solid& solid, int cells, const std::function<double(d
     const auto& v = cutter.vertices();
     const double thickness = 0.6 + 0.02 * (static_cast<double>(result.gradient.size() % 7) - 3.0) / 3.0;
     result.gradient.push_back((v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).normalized() / thickness);
-    cutter.add_triangle(t, static_cast<Index>(result.gradient.size()) - 1);
+    cutter.add_polygon(t, static_cast<Index>(result.gradient.size()) - 1);
   };
   for (int j = 0; j < cells; ++j) {
     for (int i = 0; i < cells; ++i) {

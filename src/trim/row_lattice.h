@@ -11,11 +11,11 @@
 
 namespace curvesup {
 
-// Samples of a triangle ABC in rows along BC: row 0 is A, row n is BC, evenly far apart. Row j has k_j intervals, 0 at A and k at
-// BC, at most one more than the row before; so needles, which most triangles of a layer are, get no more samples than
-// they need. Between rows lie cells of three nodes each: a node has links to the next in its row and to the nodes (j + 1, i) and
-// (j + 1, i + 1) of the next one.
-class TriangleLattice {
+// Samples of a quadrilateral ABCD in rows, evenly far apart: row 0 is AD, row n is BC. The rows have k_j intervals, from their
+// own number at AD up to that at BC, at most one more than the row before; of a triangle A and D are one. Needles, which most
+// triangles of a layer are, get no more samples than they need. Between rows lie cells of three nodes each: a node has links to
+// the next in its row and to the nodes (j + 1, i) and (j + 1, i + 1) of the next one.
+class RowLattice {
  public:
   struct Node {
     int j, i;
@@ -23,16 +23,18 @@ class TriangleLattice {
   enum Link { kAlong, kDown, kDownAside };
   static constexpr std::int8_t kUnknownSide = -1;
 
-  // k <= n.
-  void set(const Vec3& a, const Vec3& b, const Vec3& c, int n, int k) {
-    origin_ = a;
-    down_ = (b - a) / n;
-    along_ = (c - b) / n;
+  struct Size {
+    int rows, top, bottom;  // intervals; bottom is at least top, and at most rows more
+  };
+  void set(const std::array<Vec3, 4>& corners, const Size& size) {
+    const auto& [a, b, c, d] = corners;
     rows_.clear();
     Index first = 0;
-    for (int j = 0; j <= n; ++j) {
-      const int intervals = (k * j + n - 1) / n;
-      rows_.push_back({first, intervals, intervals > 0 ? Vec3(along_ * (static_cast<double>(j) / intervals)) : Vec3(Vec3::Zero())});
+    for (int j = 0; j <= size.rows; ++j) {
+      const int intervals = size.top + ((size.bottom - size.top) * j + size.rows - 1) / size.rows;
+      const double part = static_cast<double>(j) / size.rows;
+      const Vec3 left = a + part * (b - a), along = (d - a) + part * ((c - b) - (d - a));
+      rows_.push_back({first, intervals, left, along, along / std::max(1, intervals)});
       first += intervals + 1;
     }
     side_.assign(first, kUnknownSide);
@@ -42,9 +44,9 @@ class TriangleLattice {
 
   [[nodiscard]] int rows() const { return static_cast<int>(rows_.size()) - 1; }
   [[nodiscard]] int intervals(int row) const { return rows_[row].intervals; }
-  [[nodiscard]] Vec3 position(Node node) const { return origin_ + node.j * down_ + node.i * rows_[node.j].step; }
+  [[nodiscard]] Vec3 position(Node node) const { return rows_[node.j].left + node.i * rows_[node.j].step; }
   // A place in a row, from 0 to 1.
-  [[nodiscard]] Vec3 position(int row, double part) const { return origin_ + row * (down_ + part * along_); }
+  [[nodiscard]] Vec3 position(int row, double part) const { return rows_[row].left + part * rows_[row].along; }
   [[nodiscard]] std::int8_t& side(Node node) { return side_[at(node)]; }
   [[nodiscard]] double& value(Node node) { return value_[at(node)]; }  // NaN: not asked for yet
   // The point where the border crosses the link that starts there.
@@ -57,11 +59,10 @@ class TriangleLattice {
   struct Row {
     Index first;
     int intervals;
-    Vec3 step;
+    Vec3 left, along, step;
   };
   [[nodiscard]] Index at(Node node) const { return rows_[node.j].first + node.i; }
 
-  Vec3 origin_, down_, along_;
   std::vector<Row> rows_;
   std::vector<std::int8_t> side_;
   std::vector<double> value_;
