@@ -7,8 +7,6 @@ namespace curvesup {
 namespace {
 
 constexpr float kFloatError = 1e-3f;  // mm, of a centre in single precision
-constexpr float kMargin_mm = 2e-3f;   // of all that is worked out in single precision, for parts up to a metre
-constexpr float kRounded = 1e-3f;      // of the sine of an angle whose cosine is in single precision
 constexpr double kNoGap = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMostTogether = 32;  // poses of the head that are looked at together
 constexpr double kTogether_mm = 4.0, kTogether_rad = 0.15;
@@ -22,6 +20,11 @@ std::uint64_t spread(double value) {
   bits = (bits | bits << 12) & 0x000f000f000f000fULL;
   bits = (bits | bits << 6) & 0x0303030303030303ULL;
   return (bits | bits << 3) & 0x1111111111111111ULL;
+}
+
+template <class Vector>
+Point3f single(const Vector& vector) {
+  return {static_cast<float>(vector.x()), static_cast<float>(vector.y()), static_cast<float>(vector.z())};
 }
 
 double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
@@ -99,7 +102,7 @@ void Deposit::reorder(std::size_t first, std::span<const Index> order) {
     ends[i] = at += path_end_[was] - old_begin(was);
   }
   const auto old_ends = std::span(path_end_).subspan(first, order.size());
-  for (Leaf& leaf : leaves_) {
+  for (DepositSamples& leaf : leaves_) {
     for (Index& point : leaf.point) {
       if (point < begin || point >= at) continue;
       const auto path = std::upper_bound(old_ends.begin(), old_ends.end(), point) - old_ends.begin();
@@ -110,13 +113,6 @@ void Deposit::reorder(std::size_t first, std::span<const Index> order) {
   std::copy(tops.begin(), tops.end(), own_top_.begin() + static_cast<std::ptrdiff_t>(first));
   find_tops();
   find_earliest();
-}
-
-Deposit::Leaf::Leaf() {
-  x.fill(Four::Zero());
-  y.fill(Four::Zero());
-  z.fill(Four::Zero());
-  point.fill(kNever);
 }
 
 // The loose samples along a Morton curve through space and time.
@@ -146,30 +142,32 @@ void Deposit::build() {
   samples_ = loose_.size();
   if (loose_.empty()) return;
   const std::vector<std::uint32_t> order = together();
-  leaves_.assign((samples_ + Leaf::kSize - 1) / Leaf::kSize, {});
+  DepositSamples empty;
+  empty.point.fill(kNever);
+  leaves_.assign((samples_ + kLeafSamples - 1) / kLeafSamples, empty);
   std::vector<Vec3f> normals(leaves_.size(), Vec3f::Zero());
   for (std::size_t i = 0; i < samples_; ++i) {
     const LooseSample& sample = loose_[order[i]];
-    Leaf& leaf = leaves_[i / Leaf::kSize];
-    const std::size_t at = i % Leaf::kSize;
-    leaf.x[at / 4][at % 4] = sample.x;
-    leaf.y[at / 4][at % 4] = sample.y;
-    leaf.z[at / 4][at % 4] = sample.z;
+    DepositSamples& leaf = leaves_[i / kLeafSamples];
+    const std::size_t at = i % kLeafSamples;
+    leaf.x[at] = sample.x;
+    leaf.y[at] = sample.y;
+    leaf.z[at] = sample.z;
     leaf.point[at] = sample.point;
-    normals[i / Leaf::kSize] += Vec3f(sample.normal[0], sample.normal[1], sample.normal[2]);
+    normals[i / kLeafSamples] += Vec3f(sample.normal[0], sample.normal[1], sample.normal[2]);
   }
   std::vector<LooseSample>().swap(loose_);
-  build_quads(normals);
+  build_nodes(normals);
   find_earliest();
 }
 
-void Deposit::build_quads(std::span<const Vec3f> leaf_normals) {
-  std::size_t width = 4, count = 1;  // of the last level; of quads
+void Deposit::build_nodes(std::span<const Vec3f> leaf_normals) {
+  std::size_t width = kNodeBoxes, count = 1;  // of the last level; of nodes
   while (width < leaves_.size()) {
     count += width;
-    width *= 4;
+    width *= kNodeBoxes;
   }
-  quads_.assign(count, {});
+  nodes_.assign(count, {});
   struct Box {
     Vec3f low = Vec3f::Constant(1e30f), high = Vec3f::Constant(-1e30f), normal = Vec3f::Zero();
     [[nodiscard]] bool empty() const { return low.x() > high.x(); }
@@ -178,8 +176,8 @@ void Deposit::build_quads(std::span<const Vec3f> leaf_normals) {
   std::vector<Box> boxes(count + width);
   for (std::size_t l = 0; l < leaves_.size(); ++l) {
     Box& box = boxes[count + l];
-    for (std::size_t i = 0; i < Leaf::kSize && leaves_[l].point[i] != kNever; ++i) {
-      const Vec3f at = leaves_[l].at(i).position().cast<float>();
+    for (std::size_t i = 0; i < kLeafSamples && leaves_[l].point[i] != kNever; ++i) {
+      const Vec3f at = sample_of(leaves_[l], i).position().cast<float>();
       box.low = box.low.cwiseMin(at);
       box.high = box.high.cwiseMax(at);
     }
@@ -188,103 +186,91 @@ void Deposit::build_quads(std::span<const Vec3f> leaf_normals) {
   const auto half_thickness = [&](std::size_t node, const Vec3f& middle, const Vec3f& normal) {
     float most = 0.0f;
     if (node >= count) {
-      const Leaf& leaf = leaves_[leaf_of(node)];
-      for (std::size_t i = 0; i < Leaf::kSize && leaf.point[i] != kNever; ++i) {
-        most = std::max(most, std::abs(normal.dot(leaf.at(i).position().cast<float>() - middle)));
+      const DepositSamples& leaf = leaves_[leaf_of(node)];
+      for (std::size_t i = 0; i < kLeafSamples && leaf.point[i] != kNever; ++i) {
+        most = std::max(most, std::abs(normal.dot(sample_of(leaf, i).position().cast<float>() - middle)));
       }
     } else {
-      const Four reach = quads_[node].reach(normal);
-      for (int j = 0; j < 4; ++j) {
-        const Box& box = boxes[4 * node + 1 + static_cast<std::size_t>(j)];
-        if (!box.empty()) most = std::max(most, std::abs(normal.dot(box.middle() - middle)) + reach[j]);
+      for (std::size_t j = 0; j < kNodeBoxes; ++j) {
+        const Box& box = boxes[kNodeBoxes * node + 1 + j];
+        if (box.empty()) continue;
+        most = std::max(most, std::abs(normal.dot(box.middle() - middle)) + nodes_[node].reach(j, single(normal)));
       }
     }
     return most + kFloatError;
   };
-  for (std::size_t q = count; q-- > 0;) {
-    for (int j = 0; j < 4; ++j) {
-      const std::size_t child = 4 * q + 1 + static_cast<std::size_t>(j);
+  for (std::size_t n = count; n-- > 0;) {
+    DepositBoxes& node = nodes_[n];
+    for (std::size_t j = 0; j < kNodeBoxes; ++j) {
+      const std::size_t child = kNodeBoxes * n + 1 + j;
       const Box& box = boxes[child];
       if (box.empty()) continue;
-      boxes[q].low = boxes[q].low.cwiseMin(box.low);
-      boxes[q].high = boxes[q].high.cwiseMax(box.high);
-      boxes[q].normal += box.normal;
+      boxes[n].low = boxes[n].low.cwiseMin(box.low);
+      boxes[n].high = boxes[n].high.cwiseMax(box.high);
+      boxes[n].normal += box.normal;
       const Vec3f middle = box.middle(), half = 0.5f * (box.high - box.low) + Vec3f::Constant(kFloatError);
       const Vec3f normal = box.normal.norm() > 0.0f ? Vec3f(box.normal.normalized()) : Vec3f(Vec3f::UnitZ());
-      Quad& quad = quads_[q];
-      quad.x[j] = middle.x();
-      quad.y[j] = middle.y();
-      quad.z[j] = middle.z();
-      quad.half_x[j] = half.x();
-      quad.half_y[j] = half.y();
-      quad.half_z[j] = half.z();
-      quad.radius[j] = half.norm() + kFloatError;
-      quad.normal_x[j] = normal.x();
-      quad.normal_y[j] = normal.y();
-      quad.normal_z[j] = normal.z();
-      quad.half_thickness[j] = half_thickness(child, middle, normal);
+      node.x[j] = middle.x();
+      node.y[j] = middle.y();
+      node.z[j] = middle.z();
+      node.half_x[j] = half.x();
+      node.half_y[j] = half.y();
+      node.half_z[j] = half.z();
+      node.radius[j] = half.norm() + kFloatError;
+      node.normal_x[j] = normal.x();
+      node.normal_y[j] = normal.y();
+      node.normal_z[j] = normal.z();
+      node.half_thickness[j] = half_thickness(child, middle, normal);
     }
   }
 }
 
-Deposit::Four Deposit::Quad::reach(const Vec3f& direction) const {
-  const Vec3f level = direction.cwiseAbs();
-  const Four box = half_x * level.x() + half_y * level.y() + half_z * level.z();
-  const Four cosine = normal_x * direction.x() + normal_y * direction.y() + normal_z * direction.z();
-  // Rounding takes up to 7e-4 from the sine of a small angle.
-  const Four sine = (1.0f - cosine * cosine).max(0.0f).sqrt() + kRounded;
-  return box.min(half_thickness * cosine.abs() + radius * sine);
-}
-
 void Deposit::find_earliest() {
-  for (std::size_t q = quads_.size(); q-- > 0;) {
-    for (std::size_t j = 0; j < 4; ++j) {
-      const std::size_t child = 4 * q + 1 + j;
+  for (std::size_t n = nodes_.size(); n-- > 0;) {
+    for (std::size_t j = 0; j < kNodeBoxes; ++j) {
+      const std::size_t child = kNodeBoxes * n + 1 + j;
       Index earliest = kNever;
-      if (child < quads_.size()) {
-        earliest = *std::min_element(quads_[child].earliest.begin(), quads_[child].earliest.end());
+      if (child < nodes_.size()) {
+        earliest = *std::min_element(nodes_[child].earliest.begin(), nodes_[child].earliest.end());
       } else if (leaf_of(child) < leaves_.size()) {
         const auto& points = leaves_[leaf_of(child)].point;
         earliest = *std::min_element(points.begin(), points.end());
       }
-      quads_[q].earliest[j] = earliest;
+      nodes_[n].earliest[j] = earliest;
     }
   }
 }
 
 template <class Body, class Visit>
 bool Deposit::visit(Index before, const Body& body, const Visit& visit) const {
-  if (quads_.empty()) return false;
-  std::size_t stack[64];
-  float least[64];  // spare of each
-  int depth = 0;
+  if (nodes_.empty()) return false;
+  std::array<std::size_t, 80> stack;
+  std::array<float, 80> least;  // spare of each
+  std::array<float, kLeafSamples> spare;
+  std::size_t depth = 0;
   stack[depth++] = 0;
   while (depth > 0) {
     const std::size_t node = stack[--depth];
-    if (node < quads_.size()) {
-      const Quad& quad = quads_[node];
-      const Four spare = body.spare(quad);
-      const int first = depth;
-      for (int j = 0; j < 4; ++j) {
-        if (quad.earliest[static_cast<std::size_t>(j)] >= before || spare[j] >= 0.0f) continue;
-        // What lies deepest comes next.
-        int at = depth++;
-        for (; at > first && least[at - 1] < spare[j]; --at) {
-          stack[at] = stack[at - 1];
-          least[at] = least[at - 1];
-        }
-        stack[at] = 4 * node + 1 + static_cast<std::size_t>(j);
-        least[at] = spare[j];
+    if (node >= nodes_.size()) {
+      const DepositSamples& leaf = leaves_[leaf_of(node)];
+      body.spare(leaf, before, spare.data());
+      for (std::size_t i = 0; i < kLeafSamples; ++i) {
+        if (spare[i] < 0.0f && visit(sample_of(leaf, i))) return true;
       }
       continue;
     }
-    const Leaf& leaf = leaves_[leaf_of(node)];
-    for (std::size_t group = 0; group < Leaf::kGroups; ++group) {
-      const Four spare = body.spare(leaf.x[group], leaf.y[group], leaf.z[group]);
-      for (std::size_t j = 0; j < 4; ++j) {
-        const std::size_t i = 4 * group + j;
-        if (leaf.point[i] < before && spare[static_cast<int>(j)] < 0.0f && visit(leaf.at(i))) return true;
+    body.spare(nodes_[node], before, spare.data());
+    const std::size_t first = depth;
+    for (std::size_t j = 0; j < kNodeBoxes; ++j) {
+      if (spare[j] >= 0.0f) continue;
+      // What lies deepest comes next.
+      std::size_t at = depth++;
+      for (; at > first && least[at - 1] < spare[j]; --at) {
+        stack[at] = stack[at - 1];
+        least[at] = least[at - 1];
       }
+      stack[at] = kNodeBoxes * node + 1 + j;
+      least[at] = spare[j];
     }
   }
   return false;
@@ -325,38 +311,12 @@ class Deposit::HeadBundle {
   HeadBundle(const HeadShape& head, const double& clearance, std::span<const HeadPose> poses)
       : HeadBundle(head, clearance, mean(poses, &HeadPose::tip), mean(poses, &HeadPose::axis).normalized(), poses) {}
 
-  [[nodiscard]] Four spare(const Quad& boxes) const {
-    View view(*this, boxes.x, boxes.y, boxes.z);
-    const Four along = boxes.reach(axis_), far = view.distance + boxes.radius;
-    const Four below = below_of(view.height + along, far);
-    if (below.minCoeff() >= 0.0f) return below;
-    view.look_aside(*this);
-    // The distance from the hull's flank grows fastest along its normal; being convex, it is nowhere in the box less than
-    // that slope says.
-    const Four inverse = cosine_ / view.radius.max(kNearAxis);
-    const Four normal = (view.x * inverse - sine_axis_.x()).abs() * boxes.half_x +
-                        (view.y * inverse - sine_axis_.y()).abs() * boxes.half_y +
-                        (view.z * inverse - sine_axis_.z()).abs() * boxes.half_z + kRelative * boxes.radius;
-    const Four aside = (view.radius > kNearAxis).select(normal, boxes.radius);
-    const Four gap = (view.flank(*this) - aside)
-                         .max(-view.height - along)
-                         .max(view.radius - widest_ - boxes.radius)
-                         .max(view.height - length_ - along);
-    return below.max(spare_of(far, gap));
-  }
-  [[nodiscard]] Four spare(const Four& x, const Four& y, const Four& z) const {
-    View view(*this, x, y, z);
-    const Four below = below_of(view.height, view.distance);
-    if (below.minCoeff() >= 0.0f) return below;
-    view.look_aside(*this);
-    const Four gap = view.flank(*this).max(-view.height).max(view.radius - widest_).max(view.height - length_);
-    return below.max(spare_of(view.distance, gap));
+  template <class Things>
+  void spare(const Things& things, Index before, float* spare) const {
+    spare_of(bounds_, static_cast<float>(clearance_), things, before, spare);
   }
 
  private:
-  static constexpr float kNearAxis = 1.0f;    // mm, where a direction from the axis is not known well enough
-  static constexpr float kRelative = 1e-4f;   // of such a direction
-
   HeadBundle(const HeadShape& head, const double& clearance, const Vec3& tip, const Vec3& axis, std::span<const HeadPose> poses)
       : HeadBundle(head, clearance, tip, axis, farthest_tip(poses, tip), farthest_axis(poses, axis), highest_rise(poses, tip)) {
     for (const HeadPose& pose : poses) before = std::max(before, pose.before);
@@ -365,19 +325,18 @@ class Deposit::HeadBundle {
   // one's free height.
   HeadBundle(const HeadShape& head, const double& clearance, const Vec3& tip, const Vec3& axis, double shift, double turn, double rise)
       : clearance_(clearance),
-        tip_(tip.cast<float>()),
-        axis_(axis.cast<float>()),
-        sine_axis_(head.hull_cosine() * head.hull_slope() * axis_),
-        tip_radius_(head.tip_radius()),
-        slope_(head.hull_slope()),
-        cosine_(head.hull_cosine()),
-        widest_(head.widest()),
-        length_(static_cast<float>(head.length())),
-        turn_(static_cast<float>(turn)),
-        rise_(static_cast<float>(rise) + kMargin_mm),
-        // 1.05: an angle over its chord; distances change no more than a point is moved.
-        swing_(1.05f * turn_),
-        apart_(static_cast<float>(shift * (1.0 + 1.05 * turn)) + kMargin_mm) {}
+        bounds_{.tip = single(tip),
+                .axis = single(axis),
+                .tip_radius = head.tip_radius(),
+                .slope = head.hull_slope(),
+                .cosine = head.hull_cosine(),
+                .widest = head.widest(),
+                .length = static_cast<float>(head.length()),
+                .turn = static_cast<float>(turn),
+                .rise = static_cast<float>(rise) + kMargin_mm,
+                // 1.05: an angle over its chord; distances change no more than a point is moved.
+                .swing = 1.05f * static_cast<float>(turn),
+                .apart = static_cast<float>(shift * (1.0 + 1.05 * turn)) + kMargin_mm} {}
 
   static Vec3 mean(std::span<const HeadPose> poses, Vec3 HeadPose::* of) {
     Vec3 sum = Vec3::Zero();
@@ -400,40 +359,8 @@ class Deposit::HeadBundle {
     return highest;
   }
 
-  // Points as the middle pose sees them: height and distance, then the radius and what leads to them from the axis.
-  struct View {
-    Four height, x, y, z, radius, distance;
-    [[gnu::always_inline]] View(const HeadBundle& bundle, const Four& px, const Four& py, const Four& pz) {
-      x = px - bundle.tip_.x();
-      y = py - bundle.tip_.y();
-      z = pz - bundle.tip_.z();
-      height = x * bundle.axis_.x() + y * bundle.axis_.y() + z * bundle.axis_.z();
-      distance = (x * x + y * y + z * z).sqrt();
-    }
-    [[gnu::always_inline]] void look_aside(const HeadBundle& bundle) {
-      x -= height * bundle.axis_.x();
-      y -= height * bundle.axis_.y();
-      z -= height * bundle.axis_.z();
-      radius = (x * x + y * y + z * z).sqrt();
-    }
-    [[gnu::always_inline, nodiscard]] Four flank(const HeadBundle& bundle) const {
-      return (radius - bundle.tip_radius_ - bundle.slope_ * height) * bundle.cosine_;
-    }
-  };
-
-  // How far what is no higher, and no farther from the tip, lies below all that counts.
-  [[gnu::always_inline, nodiscard]] Four below_of(const Four& top, const Four& far) const {
-    return -(top + rise_ + far * turn_);
-  }
-  // From the greatest distance from the tip and the least distance from the head.
-  [[gnu::always_inline, nodiscard]] Four spare_of(const Four& far, const Four& gap) const {
-    return gap - apart_ - swing_ * far - static_cast<float>(clearance_);
-  }
-
   const double& clearance_;  // may shrink while a search goes on
-  Vec3f tip_, axis_, sine_axis_;
-  float tip_radius_, slope_, cosine_, widest_, length_;
-  float turn_, rise_, swing_, apart_;
+  HeadBounds bounds_;
 };
 
 bool Deposit::touches_head(const HeadShape& head, const Vec3& tip, const Vec3& axis, double free_height,
@@ -519,21 +446,18 @@ void Deposit::head_gaps(const HeadShape& head, std::span<const HeadPose> poses, 
 class Deposit::Capsule {
  public:
   Capsule(const Vec3& from, const Vec3& to, double far)
-      : a_(from.cast<float>()),
-        along_((to - from).cast<float>()),
-        inverse_(1.0f / std::max(1e-9f, along_.squaredNorm())),
-        reach_(static_cast<float>(far) + kMargin_mm) {}
+      : bounds_{.from = single(from),
+                .along = single(to - from),
+                .inverse = 1.0f / std::max(1e-9f, static_cast<float>((to - from).squaredNorm())),
+                .reach = static_cast<float>(far) + kMargin_mm} {}
 
-  [[nodiscard]] Four spare(const Quad& boxes) const { return spare(boxes.x, boxes.y, boxes.z) - boxes.radius; }
-  [[nodiscard]] Four spare(const Four& px, const Four& py, const Four& pz) const {
-    const Four x = px - a_.x(), y = py - a_.y(), z = pz - a_.z();
-    const Four t = ((x * along_.x() + y * along_.y() + z * along_.z()) * inverse_).max(0.0f).min(1.0f);
-    return ((x - t * along_.x()).square() + (y - t * along_.y()).square() + (z - t * along_.z()).square()).sqrt() - reach_;
+  template <class Things>
+  void spare(const Things& things, Index before, float* spare) const {
+    spare_of(bounds_, things, before, spare);
   }
 
  private:
-  Eigen::Vector3f a_, along_;
-  float inverse_, reach_;  // of the squared length; radius and clearance
+  CapsuleBounds bounds_;
 };
 
 bool Deposit::touches_capsule(const Vec3& a, const Vec3& b, double radius, double clearance, Index before,

@@ -9,6 +9,7 @@
 
 #include "curvesup/core/run_context.h"
 #include "curvesup/toolpath/toolpaths.h"
+#include "motion/deposit_bounds.h"
 #include "motion/head_shape.h"
 
 namespace curvesup {
@@ -77,45 +78,31 @@ class Deposit {
   struct LooseSample : Sample {
     std::array<std::int8_t, 3> normal;
   };
-  using Four = Eigen::Array4f;
   using Vec3f = Eigen::Vector3f;
   static constexpr Index kNever = std::numeric_limits<Index>::max();
-  // Four boxes, the spheres around them, the slabs across their layers that hold what is in them, the earliest points.
-  struct Quad {
-    Four x = Four::Zero(), y = Four::Zero(), z = Four::Zero();
-    Four half_x = Four::Zero(), half_y = Four::Zero(), half_z = Four::Zero(), radius = Four::Zero();
-    Four normal_x = Four::Zero(), normal_y = Four::Zero(), normal_z = Four::Zero(), half_thickness = Four::Zero();
-    std::array<Index, 4> earliest = {kNever, kNever, kNever, kNever};
-    // How far what is in them reaches from their middles in a direction, a unit vector.
-    [[nodiscard]] Four reach(const Vec3f& direction) const;
-  };
-  // Samples next to each other; what is left over has the point kNever.
-  struct Leaf {
-    static constexpr std::size_t kGroups = 4, kSize = 4 * kGroups;
-    std::array<Four, kGroups> x, y, z;
-    std::array<Index, kSize> point;
-    Leaf();
-    [[nodiscard]] Sample at(std::size_t i) const { return {x[i / 4][i % 4], y[i / 4][i % 4], z[i / 4][i % 4], point[i]}; }
-  };
+  // What is left over in a leaf has the point kNever.
+  [[nodiscard]] static Sample sample_of(const DepositSamples& leaf, std::size_t i) {
+    return {leaf.x[i], leaf.y[i], leaf.z[i], leaf.point[i]};
+  }
   // What bodies ask of boxes and samples; in the source file.
   class HeadBundle;
   class Capsule;
 
   void build();
   [[nodiscard]] std::vector<std::uint32_t> together() const;
-  void build_quads(std::span<const Vec3f> leaf_normals);
+  void build_nodes(std::span<const Vec3f> leaf_normals);
   void find_earliest();
   void find_tops();
-  // The children of quad q are the quads 4 q + 1 ...; those behind the last quad are the leaves.
-  [[nodiscard]] std::size_t leaf_of(std::size_t node) const { return node - quads_.size(); }
+  // The children of node n are the nodes 8 n + 1 ...; those behind the last node are the leaves.
+  [[nodiscard]] std::size_t leaf_of(std::size_t node) const { return node - nodes_.size(); }
   // visit(sample) for each sample that is laid and that `body` does not exclude; it returns true to end the search.
   template <class Body, class Visit>
   bool visit(Index before, const Body& body, const Visit& visit) const;
 
   std::vector<LooseSample> loose_;  // until they are built into the hierarchy
   std::size_t samples_ = 0;
-  std::vector<Quad> quads_;    // a complete tree of four children each over the leaves
-  std::vector<Leaf> leaves_;
+  std::vector<DepositBoxes> nodes_;  // a complete tree of eight children each over the leaves
+  std::vector<DepositSamples> leaves_;
   double spacing_mm_ = 1.0;
   std::vector<double> own_top_;  // per path: highest z
   std::vector<double> top_;      // per path: of this and all earlier paths
