@@ -21,8 +21,9 @@ constexpr double kWellInside = 1.0;
 // So few unknown samples are taken without asking for a proof first.
 constexpr int kFewNodes = 4;
 constexpr double kMaxIntervals = 2048.0;
-// Cuts of edges, and what of the border is drawn inside a triangle.
-constexpr double kCutTolerance_mm = 2e-4, kRootTolerance_mm = 1e-3;
+// Of where the border crosses the way between two samples.
+constexpr double kRootTolerance_mm = 2e-4;
+constexpr double kUnseenMove = 0.03;  // of the way between two samples
 // Where all corners have a lower value than this it is hardly ever provable that a whole polygon is inside.
 constexpr double kDeepInside = 1.0;
 // Parts of a lattice edge.
@@ -39,19 +40,22 @@ double on_side(double value, bool inside) {
   return inside ? std::max(value, 0.0) : std::min(value, -std::numeric_limits<double>::min());
 }
 
+// Across a strut this is nearly a parabola, where the value itself is nearly flat at its reach and steep inside.
+double evened(double value) { return std::sqrt(std::max(0.0, 1.0 + value)) - 1.0; }
+
 // Root of the solid between a point inside (value >= 0) and one outside, by Chandrupatla's method (inverse quadratic
 // interpolation where that is safe, else bisection), started by one linear step.
-Vec3 root_between(LocalSolid& solid, const Vec3& inside, double inside_value, const Vec3& outside, double outside_value,
-                  double tolerance_mm = kRootTolerance_mm) {
+Vec3 root_between(LocalSolid& solid, const Vec3& inside, double inside_value, const Vec3& outside, double outside_value) {
   const Vec3 along = outside - inside;
-  const double tolerance = tolerance_mm / std::max(along.norm(), tolerance_mm);
-  double a = 0.0, b = 1.0, value_a = inside_value, value_b = outside_value, c = 0.0, value_c = 0.0;
-  double t = value_a / (value_a - value_b);
+  const double tolerance = kRootTolerance_mm / std::max(along.norm(), kRootTolerance_mm);
+  double a = 0.0, b = 1.0, value_a = evened(inside_value), value_b = evened(outside_value), c = 0.0, value_c = 0.0;
+  double t = value_a > value_b ? value_a / (value_a - value_b) : 0.5;
   for (int i = 0; i < 60; ++i) {
     const double x = a + std::clamp(t, 0.0, 1.0) * (b - a);
-    // Where the interpolation moves less than the tolerance, its last point is taken unseen.
-    if (std::min(std::abs(x - a), std::abs(b - x)) < tolerance || std::abs(b - a) < tolerance) return inside + x * along;
-    const double value = solid.value(inside + x * along);
+    // Where the interpolation moves by little, its last point is taken unseen: it is far better than the one before.
+    const double enough = i > 0 ? std::max(tolerance, kUnseenMove) : tolerance;
+    if (std::min(std::abs(x - a), std::abs(b - x)) < enough || std::abs(b - a) < tolerance) return inside + x * along;
+    const double value = evened(solid.value(inside + x * along));
     if ((value >= 0.0) == (value_a >= 0.0)) {
       c = a;
       value_c = value_a;
@@ -103,7 +107,7 @@ int SheetCutter::intervals(double length, double step) {
 }
 
 Index SheetCutter::cut_between(const Vec3& inside, double inside_value, const Vec3& outside, double outside_value) {
-  const Index v = add_vertex(root_between(*solid_, inside, inside_value, outside, outside_value, kCutTolerance_mm));
+  const Index v = add_vertex(root_between(*solid_, inside, inside_value, outside, outside_value));
   side_[v] = 1;
   return v;
 }
