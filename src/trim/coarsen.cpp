@@ -410,12 +410,16 @@ class Coarsener {
     const bool moved = x != at_[stays];
     double volume_before = 0.0, volume_after = 0.0, height_before = std::numeric_limits<double>::infinity(), height_after = height_before;
     double off = 0.0, error = 0.0;
+    // Most that cannot move are held by the plane of one triangle.
+    const auto leaves_plane = [&](Index t) {
+      off = std::max(off, planes_[plane_of_[t]].distance(x));
+      return off > options_.surface_mm;
+    };
+    for (const Index t : ring(goes)) {
+      if (!has(t, stays) && leaves_plane(t)) return false;
+    }
     const auto look = [&](Index t, Index v, bool dies) {
       const Plane& plane = planes_[plane_of_[t]];
-      if (!dies) {
-        off = std::max(off, plane.distance(x));
-        if (off > options_.surface_mm) return false;
-      }
       const auto& [a, b, c] = corners_[t];
       const Shape before = shape(at_[a], at_[b], at_[c], plane.normal);
       volume_before += before.area * plane.thickness;
@@ -432,7 +436,7 @@ class Coarsener {
     }
     if (moved) {
       for (const Index t : ring(stays)) {
-        if (!has(t, goes) && !look(t, stays, false)) return false;
+        if (!has(t, goes) && (leaves_plane(t) || !look(t, stays, false))) return false;
       }
     }
     if (height_after < std::min(options_.height_mm * options_.height_mm, height_before)) return false;
