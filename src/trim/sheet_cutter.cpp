@@ -271,6 +271,8 @@ void SheetCutter::start_lattice(const Corners& ring, double step) {
   const std::array<Vec3, 4> at = {vertices_[ring[0]], vertices_[ring[1]], vertices_[ring[2]], vertices_[ring[3]]};
   lattice_.set(at, size);
 
+  // A circle of two steps, smaller than any strut here, leaves such a chord by less than kFlatBorder_mm.
+  straight_length_ = std::sqrt(8.0 * 2.0 * step * kFlatBorder_mm);
   origin_ = at[0];
   const Vec3 side = at[1] - at[0], diagonal = at[2] - at[0];
   frame_x_ = (side.squaredNorm() > 0.0 ? side : diagonal.squaredNorm() > 0.0 ? diagonal : Vec3(Vec3::UnitX())).normalized();
@@ -459,7 +461,7 @@ void SheetCutter::bow(Index from, Index to, const std::array<Node, 3>& node) {
 Index SheetCutter::point_beside(Index from, Index to, const std::array<Node, 3>& node) {
   const Vec3 chord = border_[to].position - border_[from].position;
   const double length = chord.norm();
-  if (length <= 4.0 * kFlatBorder_mm) return kNone;
+  if (length <= straight_length_) return kNone;
   const Vec3 middle = 0.5 * (border_[from].position + border_[to].position);
   const double at_middle = solid_->value(middle);
   // Across the chord the solid changes about as it does over the cell.

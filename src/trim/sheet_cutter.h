@@ -120,6 +120,7 @@ class SheetCutter {
   RowLattice lattice_;
   Vec3 origin_ = Vec3::Zero(), frame_x_ = Vec3::UnitX(), frame_y_ = Vec3::UnitY();
   std::array<Vec2, 4> flat_corners_;
+  double straight_length_ = 0.0;  // of the border, between two of its points
   std::vector<BorderPoint> border_;
   std::vector<Vec2> flat_, evened_;  // where they are in the polygon's plane, and where they go
   std::vector<char> fixed_;
