@@ -4,44 +4,22 @@
 #include <cmath>
 #include <limits>
 
-#include "curvesup/mesh/triangle_mesh.h"
-
 namespace curvesup::toolpath {
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr double kGain = 1e-6;        // mm
 constexpr int kMostHalvings = 4;
-constexpr double kLittleTurn = 0.5;      // cosine of the angle between border edges that make one front
-constexpr double kOneFrontCosine = 0.5;  // vertices whose ways to the border differ by less lie on one front
-constexpr double kKinkCosine = 0.8;      // two that meet at more than this angle have a kink between them
-constexpr double kKinkSlack = 0.02;      // of the edge's length
-constexpr double kSmoothSlope = 0.5;     // slopes at an edge's ends that are farther off its mean slope are not believed
-
-// The smallest rotation that takes the unit vector a to the unit vector b, of vectors perpendicular to a.
-class Turn {
- public:
-  Turn(const Vec3& a, const Vec3& b) : to_(b) {
-    const double c = 1.0 + a.dot(b);
-    shift_ = c < 0.1 ? b : Vec3((a + b) / c);  // a fold of the surface: no smooth frame exists
-  }
-  [[nodiscard]] Vec3 operator()(const Vec3& x) const { return x - to_.dot(x) * shift_; }
-
- private:
-  Vec3 to_, shift_;
-};
-
-// The length of an edge's image in the plane across `normal`.
-double flat_length(const Vec3& edge, const Vec3& normal) {
-  const double rise = normal.dot(edge);
-  return std::sqrt(std::max(edge.squaredNorm() - rise * rise, 1e-24));
-}
-
-// The edge vector laid flat into the plane across `normal`, its length kept.
-Vec3 laid_flat(const Vec3& edge, const Vec3& normal) {
-  const Vec3 flat = edge - normal * normal.dot(edge);
-  const double length = flat.norm();
-  return length > 1e-12 ? Vec3(flat * (edge.norm() / length)) : Vec3(flat);
-}
+constexpr double kKinkCosine = 0.8;      // of the angle between ways to the border that do not belong to one front
+constexpr double kSameSideCosine = -0.3;  // of that between ways from two meetings to one side
+constexpr double kOtherSlope = 0.3;      // by which the slope at the middle of an edge is off the mean slope up to there, past a kink
+constexpr double kHiddenKink = 0.25;     // of the tolerance, where two fronts meet nearer to one end than to the middle
+constexpr double kEqual = 5e-4;       // mm
+constexpr int kMostSearches = 10;
+constexpr double kSnap = 0.04;        // of an edge: fronts that meet so near to its end meet there
+constexpr double kShortest = 0.02;    // mm, of edges that are cut where fronts meet
+constexpr int kPatience = 2;          // steps along the border that need not pay, so that a notch does not stop the search
+constexpr int kMostSteps = 1000;
 
 Vec3 middle_normal(const Vec3& a, const Vec3& b) {
   const Vec3 sum = a + b;
@@ -49,199 +27,147 @@ Vec3 middle_normal(const Vec3& a, const Vec3& b) {
   return length > 1e-6 ? Vec3(sum / length) : a;
 }
 
-// Vertices by distance, the nearest first; of equal ones the lower id.
-class NearestFirst {
- public:
-  struct Entry {
-    double distance;
-    Index vertex;
-  };
-  void push(double distance, Index vertex) {
-    heap_.push_back({distance, vertex});
-    std::push_heap(heap_.begin(), heap_.end(), later);
-  }
-  Entry pop() {
-    std::pop_heap(heap_.begin(), heap_.end(), later);
-    const Entry entry = heap_.back();
-    heap_.pop_back();
-    return entry;
-  }
-  [[nodiscard]] bool empty() const { return heap_.empty(); }
-
- private:
-  static bool later(const Entry& x, const Entry& y) {
-    return x.distance != y.distance ? x.distance > y.distance : x.vertex > y.vertex;
-  }
-  std::vector<Entry> heap_;
-};
+// The arc of a circle over its chord, where `lean` is how much more one normal at its ends leans along the chord than the other.
+double arc_over_chord(double lean) {
+  const double s = std::min(0.25 * lean * lean, 1.0);  // squared sine of half the angle between the normals
+  if (s < 0.04) return 1.0 + s * (1.0 / 6.0 + s * (3.0 / 40.0 + s * (15.0 / 336.0)));
+  const double root = std::sqrt(s);
+  return std::asin(root) / root;
+}
 
 }  // namespace
 
 BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) : mesh_(std::move(mesh)) {
-  fronts_.resize(mesh_.vertices.size());
   collect_border();
-  near_ = options.unrolled_mm;
-  propagate(true);
-  march();
+  std::vector<Index> changed;
+  for (Index v = 0; v < static_cast<Index>(fronts_.size()); ++v) {
+    if (fronts_[v].distance == 0.0) changed.push_back(v);
+  }
+  hand_on(std::move(changed));
+  const std::size_t before = fronts_.size();
   if (refine(options)) {
-    propagate(false);
-    march();
+    std::vector<Index> added(fronts_.size() - before);
+    for (std::size_t i = 0; i < added.size(); ++i) added[i] = static_cast<Index>(before + i);
+    hand_on(std::move(added));
+    put_meetings_in_order();
   }
   edges_ = make_edges(mesh_);
 }
 
+void BorderDistance::put_meetings_in_order() {
+  std::erase_if(meetings_, [](const Meeting& m) { return m.vertex == kNone; });
+  std::sort(meetings_.begin(), meetings_.end(), [](const Meeting& x, const Meeting& y) { return x.vertex < y.vertex; });
+  for (std::size_t m = 0; m < meetings_.size(); ++m) meeting_of_[meetings_[m].vertex] = static_cast<Index>(m);
+}
+
 void BorderDistance::collect_border() {
-  for (Front& front : fronts_) front = Front{.distance = kFar};
-  std::vector<Index> leaving(mesh_.vertices.size(), kNone), from, to;
+  fronts_.assign(mesh_.vertices.size(), Front{.distance = kFar});
+  meeting_of_.assign(mesh_.vertices.size(), kNone);
+  std::vector<Index> leaving(mesh_.vertices.size(), kNone);
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
     for (int i = 0; i < 3; ++i) {
       if (mesh_.neighbours[t][i] != kNone) continue;
-      leaving[mesh_.triangles[t][i]] = static_cast<Index>(from.size());
-      from.push_back(mesh_.triangles[t][i]);
-      to.push_back(mesh_.triangles[t][next3(i)]);
+      const Index from = mesh_.triangles[t][i], to = mesh_.triangles[t][next3(i)];
+      const Vec3 along = mesh_.vertices[to] - mesh_.vertices[from];
+      const double squared = along.squaredNorm();
+      leaving[from] = static_cast<Index>(border_.size());
+      fronts_[from] = {.distance = 0.0, .edge = leaving[from]};
+      border_.push_back({.from = from, .to = to, .start = mesh_.vertices[from], .along = along,
+                         .inverse_squared_length = squared > 1e-18 ? 1.0 / squared : 0.0});
     }
   }
-  const std::size_t n = from.size();
-  if (n == 0) {  // a closed surface: rings around its first vertex
-    border_ = {{0}, {0}, {0}, {0}, {0.0}, {1.0}, {0.0}};
-    fronts_[0] = {.start = Vec3::Zero(), .tangent = Vec3::UnitX(), .distance = 0.0, .edge = 0};
+  if (border_.empty()) {  // a closed surface: rings around its first vertex
+    border_.push_back({.from = 0, .to = 0, .next = 0, .previous = 0, .start = mesh_.vertices[0]});
+    fronts_[0] = {.distance = 0.0, .edge = 0};
     return;
   }
-  border_.from = from;
-  border_.to = to;
-  border_.next.resize(n);
-  border_.previous.resize(n);
-  border_.length.resize(n);
-  border_.turn_cos.resize(n);
-  border_.turn_sin.resize(n);
-  std::vector<Vec3> tangent(n);
-  for (std::size_t e = 0; e < n; ++e) {
-    const Vec3 along = mesh_.vertices[to[e]] - mesh_.vertices[from[e]];
-    border_.length[e] = along.norm();
-    border_.next[e] = leaving[to[e]];
-    border_.previous[border_.next[e]] = static_cast<Index>(e);
-    tangent[e] = laid_flat(along, mesh_.normals[from[e]]);
-  }
-  // An edge of no length takes over the direction of the one before it.
-  for (std::size_t e = 0; e < n; ++e) {
-    Index source = static_cast<Index>(e);
-    for (int step = 0; step < 8 && border_.length[source] < 1e-9; ++step) source = border_.previous[source];
-    const Vec3& normal = mesh_.normals[from[e]];
-    Vec3 direction = tangent[source] - normal * normal.dot(tangent[source]);
-    const double length = direction.norm();
-    direction = length > 1e-12 ? Vec3(direction / length) : Vec3(normal.unitOrthogonal());
-    fronts_[from[e]] = {.start = Vec3::Zero(), .tangent = direction, .distance = 0.0, .edge = static_cast<Index>(e)};
-  }
-  for (std::size_t e = 0; e < n; ++e) {
-    const Vec3& normal = mesh_.normals[to[e]];
-    const Vec3 before = Turn(mesh_.normals[from[e]], normal)(fronts_[from[e]].tangent);
-    const Vec3& after = fronts_[to[e]].tangent;
-    const double c = before.dot(after), s = normal.dot(before.cross(after)), length = std::hypot(c, s);
-    border_.turn_cos[e] = length > 0.0 ? c / length : 1.0;
-    border_.turn_sin[e] = length > 0.0 ? s / length : 0.0;
+  for (std::size_t e = 0; e < border_.size(); ++e) {
+    border_[e].next = leaving[border_[e].to];
+    border_[border_[e].next].previous = static_cast<Index>(e);
   }
 }
 
-Vec3 BorderDistance::to_border(const Front& front) const {
-  if (front.wave) return front.distance * front.tangent;
-  const double along = std::clamp(-front.start.dot(front.tangent), 0.0, border_.length[front.edge]);
-  return front.start + along * front.tangent;
+BorderDistance::Place BorderDistance::on_edge(Index edge, const Vec3& point) const {
+  const BorderEdge& e = border_[edge];
+  const Vec3 offset = point - e.start;
+  const double part = std::clamp(offset.dot(e.along) * e.inverse_squared_length, 0.0, 1.0);
+  return {edge, part, (offset - part * e.along).squaredNorm()};
 }
 
-// Follows the border from the front's edge, the way that leads nearer, while it does. In the tangent plane, whose axes are
-// the front's tangent and what is on its left.
-void BorderDistance::slide(Front& front, const Vec3& normal) const {
-  constexpr int kPatience = 2;  // steps that need not pay, so that a notch does not stop the search
-  const double along = -front.start.dot(front.tangent), length = border_.length[front.edge];
-  front.distance = (front.start + std::clamp(along, 0.0, length) * front.tangent).norm();
-  if (along > 0.0 && along < length) return;
-  struct Place {
-    double x, y, cos, sin;  // where the edge starts, and which way it runs
-    Index edge;
-  };
-  const auto squared_distance = [&](const Place& p) {
-    const double part = std::clamp(-(p.x * p.cos + p.y * p.sin), 0.0, border_.length[p.edge]);
-    const double x = p.x + part * p.cos, y = p.y + part * p.sin;
-    return x * x + y * y;
-  };
-  const auto advance = [](Place& p, double length) {
-    p.x += length * p.cos;
-    p.y += length * p.sin;
-  };
-  const auto turn = [](Place& p, double c, double s) {
-    const double cos = p.cos;
-    p.cos = c * cos - s * p.sin;
-    p.sin = s * cos + c * p.sin;
-  };
-  const bool forward = along >= length && length > 0.0;
-  const Vec3 left = normal.cross(front.tangent);
-  Place walk{-along, front.start.dot(left), 1.0, 0.0, front.edge}, best = walk;
-  double least = front.distance * front.distance;
-  for (int wait = 0, step = 0; wait <= kPatience && step < 1000; ++step) {
-    if (forward) {
-      advance(walk, border_.length[walk.edge]);
-      turn(walk, border_.turn_cos[walk.edge], border_.turn_sin[walk.edge]);
-      walk.edge = border_.next[walk.edge];
-    } else {
-      walk.edge = border_.previous[walk.edge];
-      turn(walk, border_.turn_cos[walk.edge], -border_.turn_sin[walk.edge]);
-      advance(walk, -border_.length[walk.edge]);
-    }
-    const double squared = squared_distance(walk);
-    if (squared < least) {
-      least = squared;
-      best = walk;
+// Follows the border from an edge, the way that leads nearer, while it does.
+BorderDistance::Place BorderDistance::nearest_along(Index edge, const Vec3& point) const {
+  Place best = on_edge(edge, point);
+  if (best.part > 0.0 && best.part < 1.0) return best;
+  const bool forward = best.part > 0.0;
+  Index at = edge;
+  for (int wait = 0, step = 0; wait <= kPatience && step < kMostSteps; ++step) {
+    at = forward ? border_[at].next : border_[at].previous;
+    const Place here = on_edge(at, point);
+    if (here.squared < best.squared) {
+      best = here;
       wait = 0;
     } else {
       ++wait;
     }
   }
-  if (best.edge == front.edge) return;
-  front.start = best.x * front.tangent + best.y * left;
-  front.tangent = best.cos * front.tangent + best.sin * left;
-  front.edge = best.edge;
-  front.distance = std::sqrt(least);
+  return best;
 }
 
-Front BorderDistance::seen_from(Index vertex, const Vec3& offset, const Vec3& normal) const {
-  const Vec3 between = middle_normal(mesh_.normals[vertex], normal);
-  const Vec3 step = Turn(between, normal)(laid_flat(offset, between));
-  const Turn turn(mesh_.normals[vertex], normal);
-  Front front = fronts_[vertex];
-  front.tangent = turn(front.tangent);
-  if (front.wave) {
-    front.distance -= front.tangent.dot(step);
-    return front;
-  }
-  front.start = turn(front.start) - step;
-  slide(front, normal);
+Front BorderDistance::front_at(const Place& place, const Vec3& point, const Vec3& normal) const {
+  const BorderEdge& e = border_[place.edge];
+  Front front{.edge = place.edge, .inside = place.part > 0.0 && place.part < 1.0};
+  const double chord = std::sqrt(place.squared);
+  if (chord < 1e-9) return front;
+  const Vec3 way = e.start + place.part * e.along - point;
+  const Vec3 there = (1.0 - place.part) * mesh_.normals[e.from] + place.part * mesh_.normals[e.to];
+  const double rise = normal.dot(way);
+  front.distance = chord * arc_over_chord((rise - there.dot(way)) / chord);
+  front.way = way - rise * normal;
+  const double length = front.way.norm();
+  front.way = length > 1e-9 ? Vec3(front.way * (front.distance / length)) : Vec3(front.distance * normal.unitOrthogonal());
   return front;
 }
 
-bool BorderDistance::on_one_front(Index a, Index b) const {
-  const Index one = fronts_[a].edge, other = fronts_[b].edge;
-  if (one == kNone || other == kNone || one == other) return one == other && one != kNone;
-  const auto runs_on = [&](Index e, Index f) { return border_.next[e] == f && border_.turn_cos[e] > kLittleTurn; };
-  return runs_on(one, other) || runs_on(other, one);
+Front BorderDistance::seen_along(const Front& front, const Vec3& point, const Vec3& normal) const {
+  Place place = nearest_along(front.edge, point);
+  if (front.distance == 0.0) {  // of a border vertex, which has an edge on either side
+    const Place before = nearest_along(border_[front.edge].previous, point);
+    if (before.squared < place.squared) place = before;
+  }
+  return front_at(place, point, normal);
 }
 
-// Whether the nearest place lies on the border edge, not at an end of it.
-bool BorderDistance::faces_edge(const Front& front) const {
-  const double along = -front.start.dot(front.tangent);
-  return !front.wave && along >= 0.0 && along <= border_.length[front.edge];
+Front BorderDistance::seen_from(Index vertex, const Vec3& offset, const Vec3& normal) const {
+  return seen_along(fronts_[vertex], mesh_.vertices[vertex] + offset, normal);
 }
 
-// No way along the surface is shorter than the straight line in space to the same border edge.
-void BorderDistance::keep_above_chord(Front& front, Index vertex) const {
-  const Vec3 &a = mesh_.vertices[border_.from[front.edge]], &b = mesh_.vertices[border_.to[front.edge]];
-  const Vec3& here = mesh_.vertices[vertex];
-  const double chord = (closest_point_on_segment(here, a, b) - here).norm();
-  if (chord <= front.distance + 1e-9 || front.distance <= 0.0) return;
-  front.start += to_border(front) * (chord / front.distance - 1.0);
-  front.distance = chord;
+const Front& BorderDistance::most_along(Index vertex, const Vec3& way) const {
+  const Front& own = fronts_[vertex];
+  if (meeting_of_[vertex] == kNone) return own;
+  const Front& other = meetings_[meeting_of_[vertex]].other;
+  return other.way.dot(way) > own.way.dot(way) ? other : own;
 }
 
-void BorderDistance::propagate(bool from_border) {
+std::pair<const Front*, const Front*> BorderDistance::alike(Index a, Index b) const {
+  const Vec3 whole = mesh_.vertices[b] - mesh_.vertices[a];
+  if (meeting_of_[a] == kNone) return {&fronts_[a], &most_along(b, fronts_[a].distance > 0.0 ? fronts_[a].way : Vec3(-whole))};
+  if (meeting_of_[b] == kNone) return {&most_along(a, fronts_[b].distance > 0.0 ? fronts_[b].way : whole), &fronts_[b]};
+  const Front &own = fronts_[a], &other = meetings_[meeting_of_[a]].other;
+  const Front &to_own = most_along(b, own.way), &to_other = most_along(b, other.way);
+  if (own.way.dot(to_own.way) >= other.way.dot(to_other.way)) return {&own, &to_own};
+  return {&other, &to_other};
+}
+
+bool BorderDistance::meet_alike(Index a, Index b) const {
+  const Front &a0 = fronts_[a], &a1 = meetings_[meeting_of_[a]].other, &b0 = fronts_[b], &b1 = meetings_[meeting_of_[b]].other;
+  const auto both = [](const Front& x, const Front& y, const Front& u, const Front& v) {
+    return x.way.dot(y.way) > kSameSideCosine * x.distance * y.distance && u.way.dot(v.way) > kSameSideCosine * u.distance * v.distance;
+  };
+  return both(a0, b0, a1, b1) || both(a0, b1, a1, b0);
+}
+
+// Lets each vertex of the list offer its border edge to its neighbours, and those that gain by it in turn.
+void BorderDistance::hand_on(std::vector<Index> changed) {
   const Index n = static_cast<Index>(mesh_.vertices.size());
   std::vector<Index> first(n + 1, 0);
   const auto for_edges = [&](const auto& visit) {
@@ -258,177 +184,118 @@ void BorderDistance::propagate(bool from_border) {
   std::vector<Index> around(first[n]), fill(first.begin(), first.end() - 1);
   for_edges([&](Index a, Index b) { around[fill[a]++] = b, around[fill[b]++] = a; });
 
-  NearestFirst queue;
-  const auto push = [&](Index v) { queue.push(fronts_[v].distance, v); };
-  // A frame that is handed round a fold or a needle can shrink a little with every turn, so a vertex may be set only
-  // once in the first pass and improved a few times in the second.
-  std::vector<std::uint8_t> changes_left(n, from_border ? 255 : 3);
-  const auto relax_from = [&](Index v) {
-    if (fronts_[v].wave || fronts_[v].distance > near_) return;
-    for (Index k = first[v]; k < first[v + 1]; ++k) {
-      const Index w = around[k];
-      if (!from_border && on_one_front(v, w)) continue;
-      // No neighbour can be nearer than by the length of the edge; the slack covers what curvature adds.
-      const Vec3 offset = mesh_.vertices[w] - mesh_.vertices[v];
-      const double reach = offset.norm() * 1.05 + 1e-9;
-      if (changes_left[w] == 0 || fronts_[w].distance <= fronts_[v].distance - reach || fronts_[w].distance == 0.0) continue;
-      Front front = seen_from(v, offset, mesh_.normals[w]);
-      keep_above_chord(front, w);
-      if (fronts_[w].wave && front.distance <= near_) fronts_[w] = Front{.distance = kFar};
-      if (front.distance < fronts_[w].distance - 1e-6 && (front.distance >= fronts_[v].distance - reach || fronts_[w].edge == kNone)) {
-        fronts_[w] = front;
-        --changes_left[w];
-        push(w);
+  const auto gains = [&](Index w, Index edge) {
+    Front& held = fronts_[w];
+    if (held.edge == edge || held.distance == 0.0) return false;
+    const Place place = nearest_along(edge, mesh_.vertices[w]);
+    if (place.edge == held.edge || place.squared >= held.distance * held.distance) return false;
+    const Front front = front_at(place, mesh_.vertices[w], mesh_.normals[w]);
+    const Index meeting = meeting_of_[w];
+    if (front.distance >= held.distance - (meeting == kNone ? kGain : 2.0 * kEqual)) return false;
+    held = front;
+    if (meeting != kNone) meetings_[meeting].vertex = meeting_of_[w] = kNone;
+    return true;
+  };
+  std::vector<char> waits(n, 0);
+  for (const Index v : changed) waits[v] = 1;
+  std::vector<Index> next;
+  while (!changed.empty()) {
+    next.clear();
+    for (const Index v : changed) {
+      waits[v] = 0;
+      for (Index k = first[v]; k < first[v + 1]; ++k) {
+        const Index w = around[k];
+        if (!gains(w, fronts_[v].edge) || waits[w]) continue;
+        waits[w] = 1;
+        next.push_back(w);
       }
     }
-  };
-  if (from_border) {
-    for (Index v = 0; v < n; ++v) {
-      if (fronts_[v].distance == 0.0) push(v);
-    }
-  } else {
-    for (Index v = 0; v < n; ++v) relax_from(v);
-  }
-  while (!queue.empty()) {
-    const NearestFirst::Entry entry = queue.pop();
-    if (entry.distance != fronts_[entry.vertex].distance) continue;
-    if (from_border) changes_left[entry.vertex] = 0;
-    relax_from(entry.vertex);
+    changed.swap(next);
   }
 }
 
-// Distances beyond `near_`, handed on across triangles: along an edge between two vertices of one front the distance is the
-// cubic through their values and slopes, and the third corner lies at the end of the straight line that comes first.
-// A value is never below those that it was made from, so no error grows, however rough the surface.
-void BorderDistance::march() {
-  const Index n = static_cast<Index>(mesh_.vertices.size());
-  std::vector<char> fixed(n, 0);
-  for (Index v = 0; v < n; ++v) {
-    fixed[v] = !fronts_[v].wave && fronts_[v].distance <= near_;
-    if (!fixed[v]) fronts_[v] = Front{.distance = kFar, .wave = true};
-  }
-  std::vector<Index> first(n + 1, 0);
-  const auto open = [&](const std::array<Index, 3>& corners) { return !fixed[corners[0]] || !fixed[corners[1]] || !fixed[corners[2]]; };
-  for (const auto& corners : mesh_.triangles) {
-    if (!open(corners)) continue;
-    for (const Index v : corners) ++first[v + 1];
-  }
-  for (Index v = 0; v < n; ++v) first[v + 1] += first[v];
-  if (first[n] == 0) return;
-  std::vector<Index> around(first[n]), fill(first.begin(), first.end() - 1);  // open triangles
-  for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-    if (!open(mesh_.triangles[t])) continue;
-    for (const Index v : mesh_.triangles[t]) around[fill[v]++] = static_cast<Index>(t);
-  }
-  NearestFirst queue;
-  constexpr std::uint8_t kMostChanges = 20;
-  constexpr double kGain = 1e-5;  // mm
-  std::vector<std::uint8_t> changes(n, 0);
-  int clock = 0;  // tells what came first
-  std::vector<int> changed(n, 0), handed_on(n, 0);
-  const auto offer = [&](Index vertex, double distance, const Vec3& from, Index source) {
-    Front& held = fronts_[vertex];
-    if (fixed[vertex] || changes[vertex] == kMostChanges || !(distance < held.distance - kGain)) return;
-    const Vec3& normal = mesh_.normals[vertex];
-    Vec3 direction = from - normal * normal.dot(from);
-    // So near the source that its own direction is better than that of the step.
-    if (from.norm() < 100.0 * kGain || direction.norm() < 1e-9) direction = Turn(mesh_.normals[source], normal)(to_border(fronts_[source]));
-    const double length = direction.norm();
-    held.tangent = length > 1e-9 ? Vec3(direction / length) : Vec3(normal.unitOrthogonal());
-    held.distance = distance;
-    ++changes[vertex];
-    changed[vertex] = ++clock;
-    queue.push(distance, vertex);
-  };
-  const auto cross = [&](Index a, Index b, Index c, bool on_border) {
-    const Front &at_a = fronts_[a], &at_b = fronts_[b];
-    if (fixed[c] || fronts_[c].distance <= std::min(at_a.distance, at_b.distance)) return;
-    const Vec3 edge = mesh_.vertices[b] - mesh_.vertices[a], side = mesh_.vertices[c] - mesh_.vertices[a];
-    offer(c, at_a.distance + side.norm(), -side, a);
-    if (at_b.distance == kFar || handed_on[b] > std::max(changed[a], changed[b])) return;  // in the latter case b has crossed it
-    const double length = edge.norm();
-    if (length < 1e-9) return;
-    if (at_a.distance == 0.0 && at_b.distance == 0.0 && !on_border) return;  // a chord, along which the distance is not 0
-    const double along = side.dot(edge) / length, height = std::sqrt(std::max(0.0, side.squaredNorm() - along * along));
-    // The shortest way from c to the part of the edge in [low, high], where the distance is value + slope x + p x^2 + q x^3.
-    const auto shoot = [&](double value, double slope, double p, double q, double low, double high) {
-      if (low >= high) return;
-      const double chord = slope + (high + low) * p + (high * high + high * low + low * low) * q;
-      if (std::abs(chord) >= 1.0) return;
-      double x = std::clamp(along - chord * height / std::sqrt(1.0 - chord * chord), low, high);
-      for (int i = 0; i < 3 && (p != 0.0 || q != 0.0); ++i) {
-        const double reach = std::sqrt((x - along) * (x - along) + height * height);
-        if (reach < 1e-12) return;
-        const double bend = 2.0 * p + 6.0 * q * x + height * height / (reach * reach * reach);
-        if (bend <= 0.0) break;
-        x = std::clamp(x - (slope + x * (2.0 * p + 3.0 * q * x) + (x - along) / reach) / bend, low, high);
-      }
-      const double there = value + x * (slope + x * (p + x * q));
-      if (there >= std::min(at_a.distance, at_b.distance)) {
-        offer(c, there + std::sqrt((x - along) * (x - along) + height * height), edge * (x / length) - side, a);
-      }
-    };
-    const double mean_slope = (at_b.distance - at_a.distance) / length;
-    if (at_a.distance == 0.0 || at_b.distance == 0.0) return shoot(at_a.distance, mean_slope, 0.0, 0.0, 0.0, length);
-    const Vec3 to_a = to_border(at_a) / at_a.distance, to_b = to_border(at_b) / at_b.distance;
-    const double slope_a = -to_a.dot(edge) / flat_length(edge, mesh_.normals[a]);
-    const double slope_b = -to_b.dot(edge) / flat_length(edge, mesh_.normals[b]);
-    const double reach = kKinkSlack * length;  // an end may lie on the kink itself
-    const double kink = (at_b.distance - at_a.distance - slope_b * length) / (slope_a - slope_b);
-    if (to_a.dot(to_b) < kKinkCosine && slope_a > slope_b && kink > -reach && kink < length + reach) {  // two fronts meet
-      shoot(at_a.distance, slope_a, 0.0, 0.0, 0.0, std::min(kink, length));
-      shoot(at_b.distance - slope_b * length, slope_b, 0.0, 0.0, std::max(kink, 0.0), length);
-    } else if (std::abs(slope_a - mean_slope) + std::abs(slope_b - mean_slope) < kSmoothSlope) {
-      const double p = (3.0 * mean_slope - 2.0 * slope_a - slope_b) / length;
-      const double q = (slope_a + slope_b - 2.0 * mean_slope) / (length * length);
-      shoot(at_a.distance, slope_a, p, q, 0.0, length);
-    } else if (slope_a < slope_b) {  // fronts that part: the chord lies above the distance
-      shoot(at_a.distance, mean_slope, 0.0, 0.0, 0.0, length);
-    }
-  };
-  const auto hand_on = [&](Index v) {
-    handed_on[v] = ++clock;
-    for (Index k = first[v]; k < first[v + 1]; ++k) {
-      const auto& corners = mesh_.triangles[around[k]];
-      const int i = corners[0] == v ? 0 : corners[1] == v ? 1 : 2;
-      const auto& across = mesh_.neighbours[around[k]];
-      cross(v, corners[next3(i)], corners[prev3(i)], across[i] == kNone);
-      cross(v, corners[prev3(i)], corners[next3(i)], across[prev3(i)] == kNone);
-    }
-  };
-  for (Index v = 0; v < n; ++v) {
-    if (fixed[v]) hand_on(v);
-  }
-  while (!queue.empty()) {
-    const NearestFirst::Entry entry = queue.pop();
-    if (entry.distance == fronts_[entry.vertex].distance) hand_on(entry.vertex);
-  }
-}
-
-// A vertex in the middle of an edge where the distance there is not that between its ends; else kNone.
-Index BorderDistance::add_middle(Index a, Index b, const DistanceOptions& options) {
-  const Vec3 half = 0.5 * (mesh_.vertices[b] - mesh_.vertices[a]);
-  if (4.0 * half.squaredNorm() < options.min_edge_mm * options.min_edge_mm) return kNone;
-  if (fronts_[a].edge == fronts_[b].edge && faces_edge(fronts_[a]) && faces_edge(fronts_[b])) return kNone;
-  const Vec3 normal = middle_normal(mesh_.normals[a], mesh_.normals[b]);
-  Front front = seen_from(a, half, normal);
-  const Front other = seen_from(b, -half, normal);
-  const double linear = 0.5 * (fronts_[a].distance + fronts_[b].distance);
-  const bool unrolled = !front.wave && !other.wave;
-  const Vec3 to_front = to_border(front), to_other = to_border(other);
-  const bool one_front = unrolled || to_front.dot(to_other) > kKinkCosine * front.distance * other.distance;
-  if (!unrolled && to_front.dot(to_other) > kOneFrontCosine * front.distance * other.distance) {
-    const double middle_value = linear + 0.5 * (0.5 * (front.distance + other.distance) - linear);
-    front = {.tangent = (to_front + to_other).normalized(), .distance = middle_value, .wave = true};
-  } else if (other.distance < front.distance) {
-    front = other;
-  }
-  if (one_front && std::abs(front.distance - linear) <= options.tolerance_mm) return kNone;
-  mesh_.vertices.push_back(mesh_.vertices[a] + half);
-  mesh_.normals.push_back(normal);
-  mesh_.tip_offset.push_back(0.5 * (mesh_.tip_offset[a] + mesh_.tip_offset[b]));
+Index BorderDistance::add_vertex(Index a, Index b, double part, const Front& front) {
+  const auto between = [part](const auto& from, const auto& to) { return ((1.0 - part) * from + part * to).eval(); };
+  mesh_.vertices.push_back(between(mesh_.vertices[a], mesh_.vertices[b]));
+  mesh_.normals.push_back(between(mesh_.normals[a], mesh_.normals[b]).normalized());
+  mesh_.tip_offset.push_back((1.0 - part) * mesh_.tip_offset[a] + part * mesh_.tip_offset[b]);
   fronts_.push_back(front);
+  meeting_of_.push_back(kNone);
   return static_cast<Index>(mesh_.vertices.size()) - 1;
+}
+
+// Of three fronts that come to a vertex, those two stay that come most from opposite sides.
+void BorderDistance::add_meeting(Index vertex, const Front& other) {
+  Front& own = fronts_[vertex];
+  if (own.distance == 0.0) return;
+  Index& meeting = meeting_of_[vertex];
+  if (meeting == kNone) {
+    meeting = static_cast<Index>(meetings_.size());
+    meetings_.push_back({vertex, other});
+    return;
+  }
+  Front& held = meetings_[meeting].other;
+  const double with_own = own.way.dot(other.way), with_held = held.way.dot(other.way);
+  if (std::min(with_own, with_held) >= own.way.dot(held.way)) return;
+  Front& replaced = with_own < with_held ? held : own;
+  const double distance = own.distance;
+  replaced = other;
+  replaced.distance = distance;
+}
+
+// A vertex on an edge, where else the distance along it would not be that between its ends; else kNone.
+Index BorderDistance::cut_edge(Index a, Index b, const DistanceOptions& options) {
+  const auto [at_a, at_b] = alike(a, b);
+  const Vec3 whole = mesh_.vertices[b] - mesh_.vertices[a];
+  const double length = whole.norm(), likeness = at_a->way.dot(at_b->way);
+  if (at_a->edge == at_b->edge && at_a->inside && at_b->inside) return kNone;
+  const bool smooth = likeness > kKinkCosine * at_a->distance * at_b->distance && likeness > 0.0;
+  if (length < (smooth ? options.min_edge_mm : kShortest)) return kNone;
+  if (smooth) {
+    const double bulge = 0.125 * (at_b->way.dot(whole) / at_b->distance - at_a->way.dot(whole) / at_a->distance);
+    if (std::abs(bulge) <= options.tolerance_mm) return kNone;
+    const Vec3 normal = middle_normal(mesh_.normals[a], mesh_.normals[b]);
+    return add_vertex(a, b, 0.5, seen_along(*at_a, mesh_.vertices[a] + 0.5 * whole, normal));
+  }
+  const Vec3 normal = middle_normal(mesh_.normals[a], mesh_.normals[b]), middle = mesh_.vertices[a] + 0.5 * whole;
+  const Front from_a = seen_along(*at_a, middle, normal);
+  const Front from_b = seen_along(*at_b, middle, normal);
+  if (from_a.way.dot(from_b.way) < kKinkCosine * from_a.distance * from_b.distance) return cut_at_kink(a, b, from_a, from_b);
+  const Front& nearer = from_a.distance < from_b.distance ? from_a : from_b;
+  if (length < options.min_edge_mm) return kNone;
+  // Where another front comes to an end of the edge, it meets this one between there and the middle.
+  const auto hides_kink = [&](const Front& end, const Vec3& inwards) {
+    if (end.distance > 0.0) return end.way.dot(nearer.way) < kKinkCosine * end.distance * nearer.distance;
+    return std::abs(-nearer.way.dot(inwards) / nearer.distance - 2.0 * nearer.distance) > kOtherSlope * length;
+  };
+  const bool kink = hides_kink(*at_a, whole) || hides_kink(*at_b, -whole);
+  const double off = nearer.distance - 0.5 * (at_a->distance + at_b->distance);
+  return std::abs(off) > (kink ? kHiddenKink : 1.0) * options.tolerance_mm ? add_vertex(a, b, 0.5, nearer) : kNone;
+}
+
+// Cuts an edge where the fronts of its ends are equally far; from how they are seen from its middle. By Newton's method,
+// which a straight border needs one step of, inside a bracket.
+Index BorderDistance::cut_at_kink(Index a, Index b, Front from_a, Front from_b) {
+  const Vec3 whole = mesh_.vertices[b] - mesh_.vertices[a];
+  const Vec3 normal = middle_normal(mesh_.normals[a], mesh_.normals[b]);
+  double low = 0.0, high = 1.0, at = 0.5;
+  for (int i = 0; i < kMostSearches; ++i) {
+    const double lead = from_a.distance - from_b.distance;
+    if (std::abs(lead) < kEqual) break;
+    (lead < 0.0 ? low : high) = at;
+    const double slope = from_b.way.dot(whole) / std::max(from_b.distance, 1e-9) - from_a.way.dot(whole) / std::max(from_a.distance, 1e-9);
+    const double next = slope > 0.0 ? at - lead / slope : low;
+    at = next > low && next < high ? next : 0.5 * (low + high);
+    const Vec3 point = mesh_.vertices[a] + at * whole;
+    from_a = seen_along(from_a, point, normal);
+    from_b = seen_along(from_b, point, normal);
+  }
+  if (at < kSnap) return add_meeting(a, from_b), kNone;
+  if (at > 1.0 - kSnap) return add_meeting(b, from_a), kNone;
+  from_a.distance = from_b.distance = 0.5 * (from_a.distance + from_b.distance);
+  const Index vertex = add_vertex(a, b, at, from_a);
+  add_meeting(vertex, from_b);
+  return vertex;
 }
 
 // Halves edges until each tells its middle, and the triangles with them. What becomes of an edge depends on its ends
@@ -453,7 +320,7 @@ bool BorderDistance::refine(const DistanceOptions& options) {
   const auto middle_of = [&](Index e) {
     const auto [from, to, generation, known, first_half, beside] = edges[e];
     if (known != kUnknown) return known;
-    const Index middle = generation < kMostHalvings ? add_middle(from, to, options) : kNone;
+    const Index middle = generation < kMostHalvings ? cut_edge(from, to, options) : kNone;
     edges[e].middle = middle;
     if (middle != kNone) {
       edges[e].first_half = static_cast<Index>(edges.size());

@@ -1,42 +1,46 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "toolpath/piece_mesh.h"
 
 namespace curvesup::toolpath {
 
-// The border of a piece as directed edges, the piece on their left. Loops close by next / previous.
-struct Border {
-  std::vector<Index> from, to;  // vertices
-  std::vector<Index> next, previous;
-  std::vector<double> length;
-  std::vector<double> turn_cos, turn_sin;  // by which the tangent turns from an edge to the next one, about the normal
+// An edge of a piece's border, the piece on its left. Loops close by next / previous.
+struct BorderEdge {
+  Index from = kNone, to = kNone;  // vertices
+  Index next = kNone, previous = kNone;
+  Vec3 start = Vec3::Zero(), along = Vec3::Zero();
+  double inverse_squared_length = 0.0;  // 0 of an edge without length
 };
 
-// The straight line from a point of the surface to the nearest place on the border, unrolled into the tangent plane of
-// that point: where the border edge starts and which way it runs, as seen from there.
+// What a point of the surface sees of the border.
 struct Front {
-  Vec3 start = Vec3::Zero();
-  Vec3 tangent = Vec3::UnitX();
+  Vec3 way = Vec3::Zero();  // to the nearest place on it, laid into the tangent plane of the point; as long as `distance`
   double distance = 0.0;
-  Index edge = kNone;
-  bool wave = false;  // far from the border: only `distance` and the direction `tangent` towards the border are known
+  Index edge = kNone;       // on which that place lies ...
+  bool inside = false;      // ... and not at an end of it
+};
+
+// A vertex to which two fronts come from equally far: the medial line passes there, or a branch of it into a corner.
+struct Meeting {
+  Index vertex = kNone;
+  Front other;  // beside the vertex' own
 };
 
 struct DistanceOptions {
   double tolerance_mm = 0.02;  // an edge is halved while its middle is farther than this off the linear value ...
   double min_edge_mm = 0.36;   // ... and it is longer than this
-  double unrolled_mm = 1.6;    // up to here the border itself is unrolled; farther in the distance is marched
 };
 
-// Distance to the border of a piece in mm along its surface, at vertices so dense that linear interpolation holds.
+// Distance to the border of a piece in mm along its surface, at vertices so dense that linear interpolation holds. Edges on
+// which two fronts meet are cut at that place, so that the mesh has vertices along the medial line.
 //
-// Up to `unrolled_mm` each vertex keeps the nearest border edge, unrolled into its tangent plane; neighbours hand it on by the rotation that
-// takes one normal into the other, and slide along the border to the nearest place, in the order of Dijkstra. Exact on
-// planes; the error on gently curved pieces is of the third order in edge length over radius. Unrolled over a long way
-// across a rough surface the border would land in the wrong place, so farther in the distance is handed from triangle to
-// triangle. Needles and degenerate triangles do no harm. O(n log n).
+// The nearest place on the border is sought in space, among the edges that neighbours have found nearest and along the border
+// from there, so a fold of the layer that comes near is never seen. The way to it is taken for the arc of a circle that stands on
+// the normals at its two ends: exact on planes, cylinders and spheres; elsewhere the error is of the third order in distance over
+// radius. Needles, degenerate triangles and rough sheets do no harm. O(n).
 class BorderDistance {
  public:
   BorderDistance(PieceMesh mesh, const DistanceOptions& options);
@@ -45,29 +49,46 @@ class BorderDistance {
   [[nodiscard]] const EdgeTable& edges() const { return edges_; }
   [[nodiscard]] double distance(Index vertex) const { return fronts_[vertex].distance; }
   [[nodiscard]] const Front& front(Index vertex) const { return fronts_[vertex]; }
-  // Whether the nearest border edges of two vertices are one, or run on into each other.
-  [[nodiscard]] bool on_one_front(Index a, Index b) const;
-
   // The front of `vertex` as seen from the point vertex + offset, whose unit normal is given.
   [[nodiscard]] Front seen_from(Index vertex, const Vec3& offset, const Vec3& normal) const;
-  // From the point that owns the front to the nearest place on the border; length = front.distance.
-  [[nodiscard]] Vec3 to_border(const Front& front) const;
+
+  // Where the distance has a kink: in the order of their vertices.
+  [[nodiscard]] const std::vector<Meeting>& meetings() const { return meetings_; }
+  // Of a vertex; kNone where fronts do not meet there.
+  [[nodiscard]] Index meeting_of(Index vertex) const { return meeting_of_[vertex]; }
+  // The fronts of two vertices that come from one side, as far as there are such.
+  [[nodiscard]] std::pair<const Front*, const Front*> alike(Index a, Index b) const;
+  // Whether both fronts that meet at `a` meet at `b` as well.
+  [[nodiscard]] bool meet_alike(Index a, Index b) const;
 
  private:
+  struct Place {
+    Index edge = kNone;
+    double part = 0.0;  // of the edge's length
+    double squared = 0.0;  // distance in space
+  };
   void collect_border();
-  void propagate(bool from_border);
-  [[nodiscard]] bool faces_edge(const Front& front) const;
-  void keep_above_chord(Front& front, Index vertex) const;
-  void march();
-  Index add_middle(Index a, Index b, const DistanceOptions& options);
+  void hand_on(std::vector<Index> changed);
+  [[nodiscard]] Place on_edge(Index edge, const Vec3& point) const;
+  [[nodiscard]] Place nearest_along(Index edge, const Vec3& point) const;
+  [[nodiscard]] Front front_at(const Place& place, const Vec3& point, const Vec3& normal) const;
+  // That of a vertex' fronts whose way runs most along a given one.
+  [[nodiscard]] const Front& most_along(Index vertex, const Vec3& way) const;
+  // The front that goes on from a known one, as seen from a point nearby.
+  [[nodiscard]] Front seen_along(const Front& front, const Vec3& point, const Vec3& normal) const;
+  Index cut_edge(Index a, Index b, const DistanceOptions& options);
+  Index cut_at_kink(Index a, Index b, Front from_a, Front from_b);
+  Index add_vertex(Index a, Index b, double part, const Front& front);
+  void add_meeting(Index vertex, const Front& other);
+  void put_meetings_in_order();
   bool refine(const DistanceOptions& options);
-  void slide(Front& front, const Vec3& normal) const;
 
   PieceMesh mesh_;
   EdgeTable edges_;
-  Border border_;
+  std::vector<BorderEdge> border_;
   std::vector<Front> fronts_;
-  double near_ = 0.0;
+  std::vector<Meeting> meetings_;
+  std::vector<Index> meeting_of_;  // by vertex
 };
 
 }  // namespace curvesup::toolpath

@@ -72,30 +72,13 @@ Track lay_dot(const BorderDistance& distance, const BeadWidths& beads) {
   const PieceMesh& mesh = distance.mesh();
   const auto [centre, around] = deepest_place(distance);
   const Vec3 heading = longest_way(mesh, centre);
-  Track track{.kind = PathKind::centre_line, .points = {}};
-  // The triangle around `centre` that the heading enters is found by trying.
-  const auto walk = [&](const Vec3& direction, double length) {
-    Walk best;
-    for (const Index t : around) {
-      Walk here = walk_straight(distance, {t, centre}, direction, length);
-      if (here.length > best.length) best = std::move(here);
-    }
-    return best;
-  };
-  const double far = 2.0 * heading.norm(), to_back = walk(-heading, far).length, to_front = walk(heading, far).length;
+  const double far = 2.0 * heading.norm();
+  const double to_back = walk_from(distance, centre, around, -heading, far).length, to_front = walk_from(distance, centre, around, heading, far).length;
   const double whole = to_back + to_front;
-  if (whole < 1e-4) return track;
+  if (whole < 1e-4) return {.kind = PathKind::centre_line, .points = {}};
   const double width = mesh.area / whole;
   const double gap = std::clamp(0.5 * whole * (1.0 - width / beads.max), kLeastDotGap * whole, kDotGap * std::min(width, whole));
-  const Walk back = walk(-heading, std::max(0.0, to_back - gap)), forth = walk(heading, std::max(0.0, to_front - gap));
-  for (std::size_t i = back.points.size(); i-- > 0;) {
-    TrackPoint p = back.points[i];
-    p.triangle = i + 1 < back.points.size() ? back.points[i + 1].triangle : kNone;
-    track.points.push_back(p);
-  }
-  track.points.push_back({.position = centre, .normal = normal_at(mesh, around.front(), centre), .triangle = back.points.empty() ? kNone : back.points[0].triangle});
-  track.points.insert(track.points.end(), forth.points.begin(), forth.points.end());
-  return track;
+  return straight_through(distance, centre, around, heading, std::max(0.0, to_back - gap), std::max(0.0, to_front - gap));
 }
 
 void join_tracks(const PieceMesh& mesh, bool join, double reach, std::vector<Track>& tracks, std::vector<char>& irregular) {

@@ -188,7 +188,7 @@ class Linker {
       if ((mesh.vertices[v] - p.position).squaredNorm() < (mesh.vertices[corner] - p.position).squaredNorm()) corner = v;
     }
     const Front front = distance_.seen_from(corner, p.position - mesh.vertices[corner], p.normal);
-    return walk_straight(distance_, {p.triangle, p.position}, distance_.to_border(front), 1.6 * width_,
+    return walk_straight(distance_, {p.triangle, p.position}, front.way, 1.6 * width_,
                          (to_level + 0.5) * width_);
   }
 

@@ -10,6 +10,7 @@
 namespace curvesup::toolpath {
 namespace {
 
+constexpr double kSlack = 1e-6;          // mm
 constexpr double kMeetingCosine = -0.5;  // fronts that meet under more than 120 degrees
 constexpr double kHandedDown = 3.0;      // widths
 constexpr double kGap = 0.25;            // widths of the strip, from the end of a line to the border ...
@@ -17,6 +18,8 @@ constexpr double kLeastGap = 0.05;       // ... where else the line would have t
 constexpr double kSpikeCosine = -0.5;    // of the turn at a node that is off the line
 constexpr double kLongestWay = 1.3;      // of the straight distance, past such a node
 constexpr double kAlmost = 0.95;         // of the widest bead
+constexpr double kRound = 0.75;          // widths of something round that has a line of its own ...
+constexpr double kRoundReach = 0.25;     // ... so long to either side of its middle, as a part of its width
 constexpr double kStretch = 1.5;         // widths at the end of a line that share what lies around the end
 
 // Leaves out single points from which a line turns back: on an edge that runs along the medial line, they may lie anywhere.
@@ -47,6 +50,7 @@ std::vector<TrackPoint> cut_spikes(const PieceMesh& mesh, const std::vector<Trac
 Ridge::Ridge(const BorderDistance& distance, const BeadWidths& beads) : distance_(distance), beads_(beads) {
   find_nodes();
   if (nodes_.empty()) return;
+  find_summits();
   cut_to_strips();
   chain_up();
   hand_down();
@@ -54,70 +58,84 @@ Ridge::Ridge(const BorderDistance& distance, const BeadWidths& beads) : distance
 
 bool Ridge::fits(double distance) const {
   const double n = std::floor(distance / beads_.width), left = 2.0 * (distance - n * beads_.width);
-  return left <= beads_.max && (n == 0.0 || left >= beads_.min);
+  return left <= beads_.max + kSlack && (n == 0.0 || left >= beads_.min);
 }
 
 void Ridge::find_nodes() {
   const PieceMesh& mesh = distance_.mesh();
+  node_of_vertex_.assign(mesh.vertices.size(), kNone);
+  for (const Meeting& m : distance_.meetings()) {
+    const Front& own = distance_.front(m.vertex);
+    if (own.way.dot(m.other.way) > kMeetingCosine * own.distance * m.other.distance) continue;
+    node_of_vertex_[m.vertex] = static_cast<Index>(nodes_.size());
+    nodes_.push_back({mesh.vertices[m.vertex], mesh.normals[m.vertex], own.distance});
+  }
+  if (nodes_.empty()) return;
   const auto& table = distance_.edges();
-  edge_node_.assign(table.edges.size(), kNone);
-  std::vector<Vec3> uphill(mesh.vertices.size());
-  for (std::size_t v = 0; v < uphill.size(); ++v) uphill[v] = distance_.to_border(distance_.front(static_cast<Index>(v)));
+  std::vector<char> joined(table.edges.size(), 0);
   for (std::size_t e = 0; e < table.edges.size(); ++e) {
     const Edge& edge = table.edges[e];
-    if (edge.right == kNone || distance_.on_one_front(edge.from, edge.to)) continue;
-    const Vec3 whole = mesh.vertices[edge.to] - mesh.vertices[edge.from];
-    if (whole.squaredNorm() < 1e-18) continue;
-    const double from = distance_.distance(edge.from), to = distance_.distance(edge.to);
-    // Most edges have both ends on one side of the ridge: seen without any unrolling.
-    if (uphill[edge.from].dot(uphill[edge.to]) > 0.3 * from * to && from > 0.0 && to > 0.0) continue;
-    const Vec3 normal = (mesh.normals[edge.from] + mesh.normals[edge.to]).normalized();
-    const Front left = distance_.seen_from(edge.from, 0.5 * whole, normal);
-    const Front right = distance_.seen_from(edge.to, -0.5 * whole, normal);
-    const Vec3 to_left = distance_.to_border(left), to_right = distance_.to_border(right);
-    if (to_left.dot(to_right) > kMeetingCosine * left.distance * right.distance) continue;
-    const auto [at, value] = equally_far(edge, whole, normal, left, right);
-    edge_node_[e] = static_cast<Index>(nodes_.size());
-    const Vec3 up = ((1.0 - at) * mesh.normals[edge.from] + at * mesh.normals[edge.to]).normalized();
-    nodes_.push_back({mesh.vertices[edge.from] + at * whole, up, value});
+    const Index a = node_of_vertex_[edge.from], b = node_of_vertex_[edge.to];
+    if (a == kNone || b == kNone || edge.right == kNone || !distance_.meet_alike(edge.from, edge.to)) continue;
+    joined[e] = 1;
+    segments_.push_back({a, b, edge.left});
   }
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    std::array<Index, 3> found;
-    int count = 0;
-    for (const Index e : table.of_triangle[t]) {
-      if (edge_node_[e] != kNone) found[count++] = edge_node_[e];
-    }
-    if (count == 2) segments_.push_back({found[0], found[1], static_cast<Index>(t)});
-    if (count == 3) {
-      Node centre{Vec3::Zero(), Vec3::Zero(), 0.0};
-      for (const Index n : found) {
-        centre.position += nodes_[n].position / 3.0;
-        centre.normal += nodes_[n].normal;
-        centre.distance += nodes_[n].distance / 3.0;
-      }
-      centre.normal.normalize();
-      nodes_.push_back(centre);
-      for (const Index n : found) segments_.push_back({n, static_cast<Index>(nodes_.size()) - 1, static_cast<Index>(t)});
-    }
-  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) join_in_triangle(static_cast<Index>(t), joined);
 }
 
-// Where on an edge both sides of the border are equally far, as a part of its length, and how far; from how they are seen
-// from its middle. By Newton's method, which a straight border needs one step of, inside a bracket.
-std::pair<double, double> Ridge::equally_far(const Edge& edge, const Vec3& whole, const Vec3& normal, Front left, Front right) const {
-  constexpr double kEqual = 5e-4;  // mm
-  double low = 0.0, high = 1.0, at = 0.5;
-  for (int i = 0;; ++i) {
-    const double lead = left.distance - right.distance;
-    if (i == 10 || std::abs(lead) < kEqual) return {at, 0.5 * (left.distance + right.distance)};
-    (lead < 0.0 ? low : high) = at;
-    const double slope = distance_.to_border(right).dot(whole) / std::max(right.distance, 1e-9) -
-                         distance_.to_border(left).dot(whole) / std::max(left.distance, 1e-9);
-    const double next = slope > 0.0 ? at - lead / slope : low;
-    at = next > low && next < high ? next : 0.5 * (low + high);
-    left = distance_.seen_from(edge.from, at * whole, normal);
-    right = distance_.seen_from(edge.to, (at - 1.0) * whole, normal);
+// A triangle at whose corners fronts from three sides meet, two at each.
+void Ridge::join_in_triangle(Index triangle, const std::vector<char>& joined) {
+  const PieceMesh& mesh = distance_.mesh();
+  std::array<Index, 3> found;
+  int count = 0;
+  for (const Index v : mesh.triangles[triangle]) {
+    if (distance_.meeting_of(v) == kNone) return;
+    if (node_of_vertex_[v] != kNone) found[count++] = node_of_vertex_[v];
   }
+  for (const Index e : distance_.edges().of_triangle[triangle]) {
+    if (joined[e]) return;
+  }
+  if (count == 2) segments_.push_back({found[0], found[1], triangle});
+  if (count != 3) return;
+  Node centre{Vec3::Zero(), Vec3::Zero(), 0.0};
+  for (const Index n : found) {
+    centre.position += nodes_[n].position / 3.0;
+    centre.normal += nodes_[n].normal;
+    centre.distance += nodes_[n].distance / 3.0;
+  }
+  centre.normal.normalize();
+  nodes_.push_back(centre);
+  for (const Index n : found) segments_.push_back({n, static_cast<Index>(nodes_.size()) - 1, triangle});
+}
+
+// Nodes that no other one follows, where the distance is greatest: the middles of something round.
+void Ridge::find_summits() {
+  const PieceMesh& mesh = distance_.mesh();
+  std::vector<char> lone(nodes_.size());
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    const double distance = nodes_[n].distance;
+    const double left = 2.0 * (distance - std::floor(distance / beads_.width) * beads_.width);
+    lone[n] = fits(distance) && left > kRound * beads_.width;
+  }
+  for (const Segment& s : segments_) lone[s.a] = lone[s.b] = 0;
+  if (std::find(lone.begin(), lone.end(), 1) == lone.end()) return;
+  for (const Edge& edge : distance_.edges().edges) {
+    for (const auto& [low, high] : {std::pair(edge.from, edge.to), std::pair(edge.to, edge.from)}) {
+      const Index node = node_of_vertex_[low];
+      if (node != kNone && distance_.distance(high) > distance_.distance(low)) lone[node] = 0;
+    }
+  }
+  for (const Meeting& m : distance_.meetings()) {
+    const Index node = node_of_vertex_[m.vertex];
+    if (node != kNone && lone[node]) summits_.push_back({.vertex = m.vertex, .around = {}});
+  }
+  for (Index t = 0; t < static_cast<Index>(mesh.triangles.size()) && !summits_.empty(); ++t) {
+    for (const Index v : mesh.triangles[t]) {
+      const auto at = std::lower_bound(summits_.begin(), summits_.end(), v, [](const Summit& s, Index vertex) { return s.vertex < vertex; });
+      if (at != summits_.end() && at->vertex == v) at->around.push_back(t);
+    }
+  }
+  for (const Summit& s : summits_) nodes_[node_of_vertex_[s.vertex]].filled = true;
 }
 
 // Keeps the parts of the segments that one centre line fits.
@@ -254,7 +272,6 @@ double Ridge::slack(Index node, const Vec3& position, double distance) const {
 void Ridge::hand_down() {
   const PieceMesh& mesh = distance_.mesh();
   const auto& edges = distance_.edges().edges;
-  node_of_vertex_.assign(mesh.vertices.size(), kNone);
   const auto offer = [&](Index vertex, Index node) {
     const double here = distance_.distance(vertex);
     if (nodes_[node].distance - here > kHandedDown * beads_.width) return;
@@ -262,11 +279,6 @@ void Ridge::hand_down() {
     const double now = slack(node, mesh.vertices[vertex], here);
     if (held == kNone || now < slack(held, mesh.vertices[vertex], here)) held = node;
   };
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    if (edge_node_[e] == kNone) continue;
-    offer(edges[e].from, edge_node_[e]);
-    offer(edges[e].to, edge_node_[e]);
-  }
   // Downhill along the edges, highest end first.
   std::vector<std::pair<double, Index>> order;
   order.reserve(edges.size());
@@ -316,6 +328,11 @@ std::vector<Track> Ridge::centre_lines() const {
       }
     }
     tracks.push_back(std::move(track));
+  }
+  for (const auto& [vertex, around] : summits_) {
+    const Node& node = nodes_[node_of_vertex_[vertex]];
+    const double reach = kRoundReach * 2.0 * (node.distance - std::floor(node.distance / beads_.width) * beads_.width);
+    tracks.push_back(straight_through(distance_, node.position, around, node.normal.cross(distance_.front(vertex).way), reach, reach));
   }
   return tracks;
 }

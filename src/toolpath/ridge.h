@@ -42,8 +42,13 @@ class Ridge {
   struct Segment {
     Index a = kNone, b = kNone, triangle = kNone;
   };
+  struct Summit {
+    Index vertex = kNone;
+    std::vector<Index> around;  // triangles
+  };
   void find_nodes();
-  [[nodiscard]] std::pair<double, double> equally_far(const Edge& edge, const Vec3& whole, const Vec3& normal, Front left, Front right) const;
+  void join_in_triangle(Index triangle, const std::vector<char>& joined);
+  void find_summits();
   void cut_to_strips();
   void chain_up();
   void hand_down();
@@ -54,8 +59,8 @@ class Ridge {
   const BorderDistance& distance_;
   BeadWidths beads_;
   std::vector<Node> nodes_;
-  std::vector<Index> edge_node_;
   std::vector<Segment> segments_;
+  std::vector<Summit> summits_;
   std::vector<std::vector<Index>> chains_;       // nodes
   std::vector<std::vector<Index>> chain_under_;  // triangle of the segment that ends at each node
   std::vector<char> cut_end_;                    // node was made by cut_to_strips

@@ -29,8 +29,9 @@ double crossing(const BorderDistance& distance, Index a, Index b, double value) 
   const Vec3 edge = distance.mesh().vertices[b] - distance.mesh().vertices[a];
   const double length = edge.norm();
   if (length < 1e-6) return linear;
-  double slope_a = -distance.to_border(distance.front(a)).dot(edge) / std::max(from, 1e-9);
-  double slope_b = -distance.to_border(distance.front(b)).dot(edge) / std::max(from + rise, 1e-9);
+  const auto [at_a, at_b] = distance.alike(a, b);
+  double slope_a = -at_a->way.dot(edge) / std::max(from, 1e-9);
+  double slope_b = -at_b->way.dot(edge) / std::max(from + rise, 1e-9);
   if (from < 1e-6) slope_a = 2.0 * rise - slope_b;  // on the border: the parabola through the rest
   if (from + rise < 1e-6) slope_b = 2.0 * rise - slope_a;
   if (std::abs(slope_a - rise) + std::abs(slope_b - rise) > 2.0 * kOneFront * length) return linear;

@@ -139,4 +139,24 @@ Walk walk_straight(const BorderDistance& distance, const SurfacePoint& start, co
   return walk;
 }
 
+Walk walk_from(const BorderDistance& distance, const Vec3& place, const std::vector<Index>& around, const Vec3& direction, double length) {
+  Walk best;
+  for (const Index t : around) {
+    Walk here = walk_straight(distance, {t, place}, direction, length);
+    if (here.length > best.length) best = std::move(here);
+  }
+  return best;
+}
+
+Track straight_through(const BorderDistance& distance, const Vec3& place, const std::vector<Index>& around, const Vec3& direction,
+                       double back, double forth) {
+  const Walk behind = walk_from(distance, place, around, -direction, back), ahead = walk_from(distance, place, around, direction, forth);
+  Track track{.kind = PathKind::centre_line, .points = {}};
+  track.points.push_back({.position = place, .normal = normal_at(distance.mesh(), around.front(), place)});
+  track.points.insert(track.points.end(), behind.points.begin(), behind.points.end());
+  turn_round(track);
+  track.points.insert(track.points.end(), ahead.points.begin(), ahead.points.end());
+  return track;
+}
+
 }  // namespace curvesup::toolpath

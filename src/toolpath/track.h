@@ -52,4 +52,11 @@ struct Walk {
 [[nodiscard]] Walk walk_straight(const BorderDistance& distance, const SurfacePoint& start, const Vec3& direction,
                                  double length, double stop_distance = -1.0);
 
+// The same from a place where some triangles meet: over the one that the direction leads into, which is found by trying.
+[[nodiscard]] Walk walk_from(const BorderDistance& distance, const Vec3& place, const std::vector<Index>& around, const Vec3& direction, double length);
+
+// A straight line through such a place, so far to either side.
+[[nodiscard]] Track straight_through(const BorderDistance& distance, const Vec3& place, const std::vector<Index>& around, const Vec3& direction,
+                                     double back, double forth);
+
 }  // namespace curvesup::toolpath

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+
 #include "toolpath/sheets.h"
 
 namespace curvesup {
@@ -80,7 +83,8 @@ TEST(BorderDistance, StandsNeedles) {
 }
 
 TEST(BorderDistance, StaysBoundedOnARoughSheet) {
-  // No way is shorter than the straight line in space, none longer than the one along the edges of the sheet.
+  // No way is shorter than the straight line in space, none longer than the one along the edges of the sheet; arcs apart.
+  constexpr double kArcs = 1e-4;
   const auto noise = [](double u, double v) {
     const double x = std::sin(12.9898 * std::round(40 * u) + 78.233 * std::round(24 * v)) * 43758.5453;
     return 0.3 * (x - std::floor(x));
@@ -111,8 +115,47 @@ TEST(BorderDistance, StaysBoundedOnARoughSheet) {
     const Vec3& p = mesh.vertices[v];
     const double straight = std::min(std::min(p.x(), 48.0 - p.x()), std::min(p.y(), 28.8 - p.y()));
     EXPECT_GE(distance.distance(static_cast<Index>(v)), straight - 0.05 * kBead);
-    EXPECT_LE(distance.distance(static_cast<Index>(v)), longest[v] + 1e-9);
+    EXPECT_LE(distance.distance(static_cast<Index>(v)), longest[v] * (1.0 + kArcs));
   }
+}
+
+TEST(BorderDistance, HasVerticesWhereFrontsMeet) {
+  const BorderDistance distance = only_piece(sheets::strip(20, 9, 17, 7));
+  const auto& vertices = distance.mesh().vertices;
+  const auto sides = [](const Vec3& p) { return std::array{p.x(), 20.0 - p.x(), p.y(), 9.0 - p.y()}; };
+  ASSERT_GT(distance.meetings().size(), 20u);
+  for (const auto& meeting : distance.meetings()) {
+    auto to = sides(vertices[meeting.vertex]);
+    std::sort(to.begin(), to.end());
+    EXPECT_NEAR(to[0], distance.distance(meeting.vertex), 1e-3);
+    EXPECT_NEAR(to[1], to[0], 2 * 0.04 * 1.8);  // fronts that meet very near to a vertex meet there
+    EXPECT_LT(meeting.other.way.dot(distance.front(meeting.vertex).way), 0.8 * to[0] * to[0]);
+  }
+  // Between its ends each edge that may be cut tells the distance by a straight line, across the medial line too.
+  for (const auto& edge : distance.edges().edges) {
+    if ((vertices[edge.to] - vertices[edge.from]).norm() < toolpath::DistanceOptions{}.min_edge_mm) continue;
+    for (const double part : {0.2, 0.4, 0.6, 0.8}) {
+      const auto to = sides(vertices[edge.from] + part * (vertices[edge.to] - vertices[edge.from]));
+      const double linear = (1.0 - part) * distance.distance(edge.from) + part * distance.distance(edge.to);
+      EXPECT_NEAR(linear, *std::min_element(to.begin(), to.end()), kLimit);
+    }
+  }
+}
+
+TEST(BorderDistance, TakesTheFrontsOfOneSide) {
+  const BorderDistance distance = only_piece(sheets::strip(20, 4, 40, 10));
+  int joined = 0;
+  for (const auto& edge : distance.edges().edges) {
+    const auto [one, other] = distance.alike(edge.from, edge.to);
+    if (one->distance > 0.0 && other->distance > 0.0) EXPECT_GT(one->way.dot(other->way), 0.0);
+    if (distance.meeting_of(edge.from) == kNone || distance.meeting_of(edge.to) == kNone) continue;
+    if (!distance.meet_alike(edge.from, edge.to)) continue;
+    const Vec3 middle = 0.5 * (distance.mesh().vertices[edge.from] + distance.mesh().vertices[edge.to]);
+    if (middle.x() < 2.0 || middle.x() > 18.0) continue;
+    ++joined;
+    EXPECT_NEAR(middle.y(), 2.0, 1e-6);
+  }
+  EXPECT_GT(joined, 20);
 }
 
 TEST(BorderDistance, DoublesAVertexWhereTwoFansTouch) {
