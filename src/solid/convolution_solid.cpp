@@ -22,7 +22,7 @@ constexpr double kConeEdge_mm = 0.4;  // over which a cone fades
 constexpr double kNoCone = std::numeric_limits<double>::infinity();
 constexpr double kMaxCells = 4e6;
 // Cell sizes and margins in mm: the first grid serves value(), the others bounds() of balls up to their margin.
-constexpr double kGrids[][2] = {{1.5, 0.0}, {2.0, 2.0}, {6.0, 4.0}, {24.0, 16.0}};
+constexpr double kGrids[][2] = {{1.5, 0.0}, {2.5, 2.5}, {5.0, 5.0}, {24.0, 16.0}};
 
 void check_options(const ConvolutionOptions& options) {
   const double kappa = options.kernel_ratio;

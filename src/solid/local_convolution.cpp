@@ -65,10 +65,10 @@ __attribute__((target_clones("avx2", "default"), optimize("O3"))) void most_in_b
 
 }  // namespace
 
-void ConvolutionSolid::Local::focus(const Vec3& centre, double radius) {
-  LocalSolid::focus(centre, radius);
+void ConvolutionSolid::Local::focus(const Vec3& centre, double radius, const Neighbourhood& around) {
+  LocalSolid::focus(centre, radius, around);
   near_.clear();
-  for (const Index s : solid_.near(centre, radius)) {
+  for (const Index s : std::isinf(around.radius) ? solid_.near(centre, radius) : around.parts) {
     if (solid_.kernels_[s].reaches(centre, (1.0 + kRounding) * radius)) near_.push_back(s);
   }
   without_cone_ = std::lower_bound(near_.begin(), near_.end(), solid_.first_cone_) - near_.begin();

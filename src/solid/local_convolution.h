@@ -13,7 +13,9 @@ class ConvolutionSolid::Local : public LocalSolid {
  public:
   explicit Local(const ConvolutionSolid& solid) : LocalSolid(solid), solid_(solid) {}
 
-  void focus(const Vec3& centre, double radius) override;
+  using LocalSolid::focus;
+  void focus(const Vec3& centre, double radius, const Neighbourhood& around) override;
+  [[nodiscard]] std::span<const Index> parts() const override { return near_; }
   [[nodiscard]] double value(const Vec3& p) override;
   [[nodiscard]] bool surely_outside(const Vec3& centre, double radius) override;
   [[nodiscard]] bool surely_inside(const Vec3& centre, double radius) const override;

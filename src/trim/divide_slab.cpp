@@ -74,7 +74,7 @@ struct Division {
 
 class SlabDivider {
  public:
-  SlabDivider(const Domain& domain, const ScalarField& field, int layer_count, const std::vector<char>& reachable,
+  SlabDivider(const Domain& domain, const ScalarField& field, int layer_count, const ReachableTets& reachable,
               const Solid& solid, const TrimmedSheet& middle, const SlabOptions& options)
       : domain_(domain),
         field_(field),
@@ -210,7 +210,7 @@ class SlabDivider {
   const Domain& domain_;
   const ScalarField& field_;
   int layer_count_;
-  const std::vector<char>& reachable_;
+  const ReachableTets& reachable_;
   const Solid& solid_;
   const TrimmedSheet& middle_;
   SlabOptions options_;
@@ -223,7 +223,7 @@ class SlabDivider {
 
 }  // namespace
 
-DividedSlab divide_slab(const Domain& domain, const ScalarField& field, int layer_count, const std::vector<char>& reachable,
+DividedSlab divide_slab(const Domain& domain, const ScalarField& field, int layer_count, const ReachableTets& reachable,
                         const Solid& solid, const TrimmedSheet& middle, const SlabOptions& options) {
   return SlabDivider(domain, field, layer_count, reachable, solid, middle, options).run();
 }

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "curvesup/domain/domain.h"
+#include "trim/reachable_tets.h"
 #include "trim/trimmed_sheet.h"
 
 namespace curvesup {
@@ -25,7 +26,7 @@ struct DividedSlab {
 // pieces, and cuts the passes. A piece wants enough passes for its 95th percentile of thickness; pieces that a piece of some
 // pass connects along grad G take the largest number among them.
 [[nodiscard]] DividedSlab divide_slab(const Domain& domain, const ScalarField& field, int layer_count,
-                                      const std::vector<char>& reachable, const Solid& solid, const TrimmedSheet& middle,
+                                      const ReachableTets& reachable, const Solid& solid, const TrimmedSheet& middle,
                                       const SlabOptions& options);
 
 }  // namespace curvesup

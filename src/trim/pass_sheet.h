@@ -8,6 +8,7 @@
 #include "curvesup/domain/domain.h"
 #include "curvesup/layers/layers.h"
 #include "layers/cut_cases.h"
+#include "trim/reachable_tets.h"
 #include "trim/sheet_cutter.h"
 #include "trim/trimmed_sheet.h"
 
@@ -28,7 +29,7 @@ enum class Through { support, everything };
 // until they are whole. What else lies in the tets on the way is there in parts.
 class PassSheet {
  public:
-  PassSheet(const Domain& domain, const ScalarField& field, const std::vector<char>& reachable, const Solid& solid,
+  PassSheet(const Domain& domain, const ScalarField& field, const ReachableTets& reachable, const Solid& solid,
             double edge_length_mm, const Level& level)
       : domain_(domain), field_(field), reachable_(reachable), cutter_(solid, edge_length_mm), level_(level) {}
 
@@ -61,7 +62,7 @@ class PassSheet {
 
   const Domain& domain_;
   const ScalarField& field_;
-  const std::vector<char>& reachable_;
+  const ReachableTets& reachable_;
   SheetCutter cutter_;
   Level level_;
   EdgeMap range_of_, crossings_, platform_cuts_;

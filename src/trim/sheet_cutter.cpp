@@ -181,7 +181,7 @@ void SheetCutter::sample_edge(const Vec3& start, const Vec3& step, int low, int 
   sample_edge(start, step, middle, high);
 }
 
-void SheetCutter::add_polygon(std::span<const Index> corners, Index tet) {
+void SheetCutter::add_polygon(std::span<const Index> corners, Index tet, const Neighbourhood& around) {
   // A ball around it: that of its longest side or diagonal, or a larger one.
   Vec3 centre = Vec3::Zero();
   double longest2 = -1.0, area = 0.0, radius2 = 0.0;
@@ -196,7 +196,7 @@ void SheetCutter::add_polygon(std::span<const Index> corners, Index tet) {
   }
   for (const Index v : corners) radius2 = std::max(radius2, (vertices_[v] - centre).squaredNorm());
   const double radius = std::sqrt(radius2);
-  solid_->focus(centre, radius);
+  solid_->focus(centre, radius, around);
   const auto keep_whole = [&] {
     for (std::size_t i = 2; i < corners.size(); ++i) keep({corners[0], corners[i - 1], corners[i]}, tet);
   };

@@ -25,8 +25,9 @@ class SheetCutter {
 
   // Vertices get the ids 0, 1, 2, ...; a vertex that two polygons share must be added once.
   Index add_vertex(const Vec3& position);
-  // Adds what of a triangle or a convex quadrilateral lies inside, cut up into triangles. They get the same tet.
-  void add_polygon(std::span<const Index> corners, Index tet);
+  // Adds what of a triangle or a convex quadrilateral lies inside, cut up into triangles. They get the same tet, and it lies in the
+  // neighbourhood.
+  void add_polygon(std::span<const Index> corners, Index tet, const Neighbourhood& around = {});
   // Calls visit(vertex) for the ends of an edge that lie inside and for its cuts: every part of it that is inside has one.
   template <typename Visit>
   void for_inside_points(Index a, Index b, const Visit& visit) {

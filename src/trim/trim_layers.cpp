@@ -12,6 +12,7 @@
 #include "trim/coarsen.h"
 #include "trim/divide_slab.h"
 #include "trim/drop_floating.h"
+#include "trim/reachable_tets.h"
 #include "trim/sheet_cutter.h"
 #include "trim/trimmed_sheet.h"
 
@@ -27,22 +28,6 @@ void check_options(const TrimOptions& options) {
   if (!(options.min_piece_area_mm2 >= 0.0)) refuse("min_piece_area_mm2", options.min_piece_area_mm2, "0 or more");
   if (!(options.max_height_mm >= 0.0)) refuse("max_height_mm", options.max_height_mm, "0 or more");
   if (options.max_passes < 1) refuse("max_passes", options.max_passes, "1 or more");
-}
-
-// Which support tets the solid may reach: most of the support domain is empty, and one bound clears all layers of a tet.
-std::vector<char> reachable_tets(const Domain& domain, const Solid& solid, const RunContext& run) {
-  std::vector<char> reachable(domain.mesh.tets.size(), 0);
-  const std::size_t support = domain.mesh.tets.size() - domain.model_tets;
-  parallel_for(support, 4096, run, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t t = domain.model_tets + begin; t < domain.model_tets + end; ++t) {
-      Vec3 centre = Vec3::Zero();
-      for (const Index v : domain.mesh.tets[t]) centre += 0.25 * domain.mesh.vertices[v];
-      double radius = 0.0;
-      for (const Index v : domain.mesh.tets[t]) radius = std::max(radius, (domain.mesh.vertices[v] - centre).norm());
-      reachable[t] = !solid.surely_outside(centre, radius);
-    }
-  });
-  return reachable;
 }
 
 // The lowest vertex of a sheet, and how far from it the others reach: vertices of a sheet have ids close together.
@@ -71,7 +56,7 @@ std::optional<std::array<Index, 4>> joined(const LayerStack& stack, Index first,
   return std::nullopt;
 }
 
-TrimmedSheet trim_sheet(const LayerStack& stack, const Sheet& sheet, const std::vector<char>& reachable, const Solid& solid,
+TrimmedSheet trim_sheet(const LayerStack& stack, const Sheet& sheet, const ReachableTets& reachable, const Solid& solid,
                         const TrimOptions& options) {
   TrimmedSheet result;
   result.head = sheet;
@@ -97,10 +82,10 @@ TrimmedSheet trim_sheet(const LayerStack& stack, const Sheet& sheet, const std::
     }
     if (auto ring = i + 1 < end ? joined(stack, i, i + 1) : std::nullopt) {
       for (Index& v : *ring) v = local_vertex(v);
-      cutter.add_polygon(*ring, tet);
+      cutter.add_polygon(*ring, tet, reachable.around(tet));
       ++i;
     } else {
-      cutter.add_polygon(std::array{local_vertex(t[0]), local_vertex(t[1]), local_vertex(t[2])}, tet);
+      cutter.add_polygon(std::array{local_vertex(t[0]), local_vertex(t[1]), local_vertex(t[2])}, tet, reachable.around(tet));
     }
   }
   result.cut_away_area += cutter.cut_away_area();
@@ -322,7 +307,7 @@ double coarsen_sheets(const ScalarField& field, std::vector<TrimmedSheet>& sheet
 }
 
 // Divides a trimmed layer into what is laid at once and what in passes; marks and lists the pieces below the smallest area.
-TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int layer_count, const std::vector<char>& reachable,
+TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int layer_count, const ReachableTets& reachable,
                           const Solid& solid, TrimmedSheet middle, const TrimOptions& options, double max_height_mm) {
   TrimmedLayer layer;
   DividedSlab slab = divide_slab(domain, field, layer_count, reachable, solid, middle,
@@ -374,7 +359,7 @@ double usual_max_height(const TrimOptions& options, const TrimReport& report) {
 TrimResult trim_layers(const Domain& domain, const ScalarField& field, const LayerStack& untrimmed, const Solid& solid,
                        const TrimOptions& options, const RunContext& run) {
   check_options(options);
-  const std::vector<char> reachable = reachable_tets(domain, solid, run);
+  const ReachableTets reachable(domain, solid, run);
   std::vector<const Sheet*> support_sheets;
   for (const Sheet& sheet : untrimmed.sheets) {
     if (sheet.material == Material::support) support_sheets.push_back(&sheet);

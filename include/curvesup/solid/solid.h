@@ -1,6 +1,8 @@
 #pragma once
 
+#include <limits>
 #include <memory>
+#include <span>
 
 #include "curvesup/core/types.h"
 
@@ -39,6 +41,13 @@ class Solid {
   [[nodiscard]] virtual std::unique_ptr<LocalSolid> local() const;
 };
 
+// A ball, and what of a solid may matter in it; the numbers are the solid's own affair. As it is made: all of it, everywhere.
+struct Neighbourhood {
+  Vec3 centre = Vec3::Zero();
+  double radius = std::numeric_limits<double>::infinity();
+  std::span<const Index> parts;
+};
+
 // The solid as seen by one thread near one place: the same answers, sooner. value() is right everywhere; the other questions
 // are about what of their ball lies in the ball that is in focus.
 class LocalSolid {
@@ -46,11 +55,18 @@ class LocalSolid {
   explicit LocalSolid(const Solid& solid) : solid_(solid) {}
   virtual ~LocalSolid() = default;
 
-  virtual void focus(const Vec3& centre, double radius) {
+  // On what lies in the ball and, where that is known already, in a neighbourhood whose parts were those of a focus.
+  virtual void focus(const Vec3& centre, double radius, const Neighbourhood& around) {
     centre_ = centre;
     radius2_ = radius * radius * (1.0 + kRounding);
+    outer_centre_ = around.centre;
+    outer_radius2_ = around.radius * around.radius * (1.0 + kRounding);
   }
-  [[nodiscard]] bool in_focus(const Vec3& p) const { return (p - centre_).squaredNorm() <= radius2_; }
+  void focus(const Vec3& centre, double radius) { focus(centre, radius, Neighbourhood{}); }
+  [[nodiscard]] bool in_focus(const Vec3& p) const {
+    return (p - centre_).squaredNorm() <= radius2_ && (p - outer_centre_).squaredNorm() <= outer_radius2_;
+  }
+  [[nodiscard]] virtual std::span<const Index> parts() const { return {}; }  // what of the solid matters in the focus
   [[nodiscard]] virtual double value(const Vec3& p) { return solid_.value(p); }
   [[nodiscard]] virtual bool surely_outside(const Vec3& centre, double radius) { return solid_.surely_outside(centre, radius); }
   [[nodiscard]] virtual bool surely_inside(const Vec3& centre, double radius) const { return solid_.surely_inside(centre, radius); }
@@ -65,6 +81,8 @@ class LocalSolid {
   const Solid& solid_;
   Vec3 centre_ = Vec3::Zero();
   double radius2_ = -1.0;
+  Vec3 outer_centre_ = Vec3::Zero();
+  double outer_radius2_ = 0.0;
 };
 
 inline std::unique_ptr<LocalSolid> Solid::local() const { return std::make_unique<LocalSolid>(*this); }
