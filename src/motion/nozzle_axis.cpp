@@ -52,13 +52,8 @@ class TiltPlanner {
   }
 
   std::vector<AxisFault> run() {
-    std::vector<char> free(keys_.size(), 1);
-    bool any = false;
-    for (std::size_t k = 0; k < keys_.size(); ++k) {
-      free[k] = allowed(k, axes_[keys_[k]], nullptr);
-      any = any || !free[k];
-    }
-    if (!any) {
+    const std::vector<char> free = free_keys();
+    if (std::find(free.begin(), free.end(), 0) == free.end()) {
       for (const std::size_t key : keys_) known_free_[key] = options_.avoid_collisions;
       return {};
     }
@@ -74,19 +69,32 @@ class TiltPlanner {
     std::size_t begin, end;  // keys
   };
 
-  bool allowed(std::size_t key, const Vec3& axis, AxisFault* fault) {
-    const std::size_t i = keys_[key];
-    const Index before = before_[i];
-    const Tolerances& tolerances = cell_.machine().tolerances;
-    if (fault) fault->point = first_point_ + static_cast<Index>(i);
+  // Marks the keys at which the head is free and reached as it stands.
+  std::vector<char> free_keys() {
+    std::vector<char> touches(keys_.size(), 0), free(keys_.size(), 1);
     if (options_.avoid_collisions) {
-      if (!cell_.head_above_table(tips_[i], axis)) return false;
-      if (deposit_.touches_head(cell_.head(), tips_[i], axis, free_height(points_[i]), tolerances.clearance_mm, before,
-                                fault ? &fault->contact : nullptr)) {
-        return false;
-      }
+      std::vector<Deposit::HeadPose> poses;
+      for (const std::size_t i : keys_) poses.push_back({tips_[i], axes_[i], free_height(points_[i]), before_[i]});
+      deposit_.touches_head(cell_.head(), poses, cell_.machine().tolerances.clearance_mm, touches);
     }
-    if (reachable(cell_, tips_[i], axis, options_.yaw_samples, hint_, fault ? &fault->arm : nullptr)) return true;
+    for (std::size_t k = 0; k < keys_.size(); ++k) free[k] = !touches[k] && stands(k, axes_[keys_[k]], nullptr);
+    return free;
+  }
+
+  bool allowed(std::size_t key, const Vec3& axis, AxisFault& fault) {
+    const std::size_t i = keys_[key];
+    fault.point = first_point_ + static_cast<Index>(i);
+    const double clearance = cell_.machine().tolerances.clearance_mm;
+    return (!options_.avoid_collisions || !deposit_.touches_head(cell_.head(), tips_[i], axis, free_height(points_[i]),
+                                                                 clearance, before_[i], &fault.contact)) &&
+           stands(key, axis, &fault);
+  }
+
+  // Whether the arm reaches a key, its head above the table.
+  bool stands(std::size_t key, const Vec3& axis, AxisFault* fault) {
+    const Vec3& tip = tips_[keys_[key]];
+    if (options_.avoid_collisions && !cell_.head_above_table(tip, axis)) return false;
+    if (reachable(cell_, tip, axis, options_.yaw_samples, hint_, fault ? &fault->arm : nullptr)) return true;
     if (fault) fault->reach = true;
     return false;
   }
@@ -102,11 +110,8 @@ class TiltPlanner {
     if (options_.avoid_collisions) {
       for (const std::vector<int>& states : alike_) add_tight_costs(key, states, axes, costs);
     }
-    const Vec3& tip = tips_[keys_[key]];
     for (std::size_t s = 0; s < axes.size(); ++s) {
-      const bool taken = (!options_.avoid_collisions || cell_.head_above_table(tip, axes[s])) &&
-                         reachable(cell_, tip, axes[s], options_.yaw_samples, hint_);
-      if (!taken) costs[s] = 2.0 * kFaultCost;
+      if (!stands(key, axes[s], nullptr)) costs[s] = 2.0 * kFaultCost;
     }
   }
 
@@ -266,7 +271,7 @@ class TiltPlanner {
     }
     for (std::size_t k = 0; k < keys_.size(); ++k) {
       AxisFault fault;
-      if (near[k] && !allowed(k, axes_[keys_[k]], &fault)) faults.push_back(fault);
+      if (near[k] && !allowed(k, axes_[keys_[k]], fault)) faults.push_back(fault);
     }
     return faults;
   }
