@@ -12,6 +12,7 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kLarge = 0.75;          // widths: edges of triangles whose corners are not trusted
+constexpr double kSliver = 0.125;         // squared widths: areas too small for their corners to matter
 constexpr double kFar = 1e6;              // mm
 constexpr double kIrregularRise = 1.3;   // widths below the medial line
 constexpr double kStretch = 1.5;         // widths
@@ -259,7 +260,8 @@ class AreaShares {
   void cut(const Part& part) {
     const auto position = [&](int i) -> const Vec3& { return places_[part.corners[i]].position; };
     const auto [longest, squared] = longest_edge(position(0), position(1), position(2));
-    if (squared <= kLarge * kLarge * beads_.width * beads_.width) {
+    const double bead = beads_.width * beads_.width;
+    if (squared <= kLarge * kLarge * bead || part.area <= kSliver * bead) {
       parts_.push_back(part);
       return;
     }
