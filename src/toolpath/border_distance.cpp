@@ -15,6 +15,7 @@ constexpr double kSameSideCosine = -0.3;  // of that between ways from two meeti
 constexpr double kOtherSlope = 0.3;      // by which the slope at the middle of an edge is off the mean slope up to there, past a kink
 constexpr double kHiddenKink = 0.25;     // of the tolerance, where two fronts meet nearer to one end than to the middle
 constexpr double kEqual = 5e-4;       // mm
+constexpr double kLargestShift = 0.05;  // mm, of the distance to one side of two
 constexpr int kMostSearches = 10;
 constexpr double kSnap = 0.04;        // of an edge: fronts that meet so near to its end meet there
 constexpr double kShortest = 0.02;    // mm, of edges that are cut where fronts meet
@@ -166,6 +167,22 @@ bool BorderDistance::meet_alike(Index a, Index b) const {
   return both(a0, b0, a1, b1) || both(a0, b1, a1, b0);
 }
 
+// Where fronts meet, a nearer place on one side takes the place of that side's front; a nearer third side ends the meeting.
+void BorderDistance::take(Index vertex, const Front& front) {
+  Front& own = fronts_[vertex];
+  const double gain = own.distance - front.distance;
+  const auto same_side = [&](const Front& f) { return f.way.dot(front.way) > kKinkCosine * f.distance * front.distance; };
+  if (meeting_of_[vertex] != kNone) {
+    Meeting& meeting = meetings_[meeting_of_[vertex]];
+    if (gain > kLargestShift || !(same_side(own) || same_side(meeting.other))) {
+      meeting.vertex = meeting_of_[vertex] = kNone;
+    } else if (same_side(meeting.other)) {
+      meeting.other = own;
+    }
+  }
+  own = front;
+}
+
 // Lets each vertex of the list offer its border edge to its neighbours, and those that gain by it in turn.
 void BorderDistance::hand_on(std::vector<Index> changed) {
   const Index n = static_cast<Index>(mesh_.vertices.size());
@@ -190,10 +207,8 @@ void BorderDistance::hand_on(std::vector<Index> changed) {
     const Place place = nearest_along(edge, mesh_.vertices[w]);
     if (place.edge == held.edge || place.squared >= held.distance * held.distance) return false;
     const Front front = front_at(place, mesh_.vertices[w], mesh_.normals[w]);
-    const Index meeting = meeting_of_[w];
-    if (front.distance >= held.distance - (meeting == kNone ? kGain : 2.0 * kEqual)) return false;
-    held = front;
-    if (meeting != kNone) meetings_[meeting].vertex = meeting_of_[w] = kNone;
+    if (front.distance >= held.distance - (meeting_of_[w] == kNone ? kGain : 2.0 * kEqual)) return false;
+    take(w, front);
     return true;
   };
   std::vector<char> waits(n, 0);
@@ -243,12 +258,19 @@ void BorderDistance::add_meeting(Index vertex, const Front& other) {
   replaced.distance = distance;
 }
 
+// Whether a straight way from a front's point to a vertex has its nearest places on one border edge.
+bool BorderDistance::stays_on_edge(const Front& from, const Front& to, Index vertex) const {
+  if (!from.inside) return false;
+  if (to.distance == 0.0) return border_[from.edge].from == vertex || border_[from.edge].to == vertex;
+  return from.edge == to.edge && to.inside;
+}
+
 // A vertex on an edge, where else the distance along it would not be that between its ends; else kNone.
 Index BorderDistance::cut_edge(Index a, Index b, const DistanceOptions& options) {
   const auto [at_a, at_b] = alike(a, b);
   const Vec3 whole = mesh_.vertices[b] - mesh_.vertices[a];
   const double length = whole.norm(), likeness = at_a->way.dot(at_b->way);
-  if (at_a->edge == at_b->edge && at_a->inside && at_b->inside) return kNone;
+  if (stays_on_edge(*at_a, *at_b, b) || stays_on_edge(*at_b, *at_a, a)) return kNone;
   const bool smooth = likeness > kKinkCosine * at_a->distance * at_b->distance && likeness > 0.0;
   if (length < (smooth ? options.min_edge_mm : kShortest)) return kNone;
   if (smooth) {

@@ -69,6 +69,7 @@ class BorderDistance {
   };
   void collect_border();
   void hand_on(std::vector<Index> changed);
+  void take(Index vertex, const Front& front);
   [[nodiscard]] Place on_edge(Index edge, const Vec3& point) const;
   [[nodiscard]] Place nearest_along(Index edge, const Vec3& point) const;
   [[nodiscard]] Front front_at(const Place& place, const Vec3& point, const Vec3& normal) const;
@@ -76,6 +77,7 @@ class BorderDistance {
   [[nodiscard]] const Front& most_along(Index vertex, const Vec3& way) const;
   // The front that goes on from a known one, as seen from a point nearby.
   [[nodiscard]] Front seen_along(const Front& front, const Vec3& point, const Vec3& normal) const;
+  [[nodiscard]] bool stays_on_edge(const Front& from, const Front& to, Index vertex) const;
   Index cut_edge(Index a, Index b, const DistanceOptions& options);
   Index cut_at_kink(Index a, Index b, Front from_a, Front from_b);
   Index add_vertex(Index a, Index b, double part, const Front& front);
