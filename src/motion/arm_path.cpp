@@ -225,12 +225,16 @@ std::vector<double> interpolate_yaws(std::span<const DraftPoint> drafts, const s
   return yaws;
 }
 
+// Whether a joint turns too far in a segment that is long enough to be divided.
+bool to_divide(const Cell& cell, const ArmPoint& from, const ArmPoint& to) {
+  return (to.draft.tip - from.draft.tip).norm() >= 2.02 * cell.machine().tolerances.min_segment_mm &&
+         largest_joint_step(from.joints, to.joints) > 0.95 * cell.machine().arm.max_joint_step_rad;
+}
+
 // The waypoints strictly between two, appended in order, so that no joint turns too far in one segment. They lie on the
 // segment; each takes its share of volume and duration.
 void divide_segment(const Cell& cell, int branch, const ArmPoint& from, ArmPoint& to, std::vector<ArmPoint>& result) {
-  const bool long_enough = (to.draft.tip - from.draft.tip).norm() >= 2.02 * cell.machine().tolerances.min_segment_mm;
-  if (!long_enough || largest_joint_step(from.joints, to.joints) <= 0.95 * cell.machine().arm.max_joint_step_rad)
-    return;
+  if (!to_divide(cell, from, to)) return;
   ArmPoint middle;
   middle.draft.tip = 0.5 * (from.draft.tip + to.draft.tip);
   middle.draft.axis = (from.draft.axis + to.draft.axis).normalized();
@@ -246,6 +250,8 @@ void divide_segment(const Cell& cell, int branch, const ArmPoint& from, ArmPoint
 
 // Divides the segments of a section in which a joint would turn too far.
 void insert_waypoints(const Cell& cell, ArmSection& section) {
+  const auto divided = [&](const ArmPoint& from, const ArmPoint& to) { return to_divide(cell, from, to); };
+  if (std::adjacent_find(section.points.begin(), section.points.end(), divided) == section.points.end()) return;
   std::vector<ArmPoint> result;
   result.reserve(section.points.size());
   for (ArmPoint& point : section.points) {

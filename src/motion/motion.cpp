@@ -28,7 +28,8 @@ constexpr int kRaiseSteps = 4;
 constexpr double kPoseTolerance = 1e-6;       // m and rad, between joints and pose
 constexpr std::size_t kRunPaths = 512;        // paths that are planned together, at least
 constexpr std::size_t kRunPoints = 200000;    // or points
-constexpr std::size_t kGuesses = 64;          // paths whose postures are worked out at the same time
+constexpr std::size_t kGuesses = 64;          // paths whose postures are worked out at the same time, at most
+constexpr std::size_t kFewGuesses = 4;        // where the head had to turn
 constexpr std::size_t kWaypointsBetweenReleases = 250000;
 
 // All that one plan_motion() call works on.
@@ -403,52 +404,67 @@ class MotionPlanner {
   }
 
   // Yaw and branch, path after path: each prefers to go on as the one before ended. Most can: those are worked out
-  // together, each from where the one before will have ended if it can too.
+  // together, as if all could; the first one that cannot turns the head, or is planned by itself.
   void choose_postures(PlacedPaths& placed) {
     std::vector<PlannedPath> planned(placed.paths.size());
+    std::size_t most = kGuesses;
     for (std::size_t p = 0; p < planned.size();) {
-      std::vector<Guess> guesses = guess_postures(placed, p);
-      std::size_t good = 0;
-      while (good < guesses.size() && guesses[good].section) {
-        Guess& guess = guesses[good++];
-        planned[guess.path] = {cut_section(cell_, std::move(*guess.section), state_), guess.links_free};
-        end_path(planned[guess.path].arm);
-        p = guess.path + 1;
+      std::vector<Guess> guesses = guess_postures(placed, p, state_.yaw, most);
+      const bool all = take_guesses(guesses, planned, p);
+      if (p == planned.size()) break;
+      if (all && !guesses.empty()) {
+        most = std::min(kGuesses, 2 * most);
+        continue;
       }
-      if (good < guesses.size() || guesses.empty()) {
-        plan_path(placed, p, planned[p]);
-        ++p;
+      most = kFewGuesses;
+      const std::optional<double> held = turned_yaw(placed, p);
+      if (held) {
+        guesses = guess_postures(placed, p, *held, 1);
+        if (take_guesses(guesses, planned, p)) continue;
       }
+      plan_path(placed, p, planned[p]);
+      ++p;
     }
     add_chains(placed, planned);
   }
 
   struct Guess {
     std::size_t path = 0;
-    double yaw = 0.0;
     std::optional<ArmSection> section;  // that nothing touches
-    bool links_free = false;
   };
 
-  std::vector<Guess> guess_postures(const PlacedPaths& placed, std::size_t from) const {
+  // The next paths, `most` at most, held as the arm stands but at that turn of the head.
+  std::vector<Guess> guess_postures(const PlacedPaths& placed, std::size_t from, double yaw, std::size_t most) const {
     std::vector<Guess> guesses;
     if (!state_.known) return guesses;
-    double yaw = state_.yaw;
-    for (std::size_t p = from; p < placed.paths.size() && guesses.size() < kGuesses; ++p) {
-      if (placed.drafts[p].empty()) continue;
-      const std::optional<double> held = held_yaw(cell_, placed.drafts[p], options_, yaw, state_.branch);
-      if (!held) break;
-      guesses.push_back({p, yaw = *held, std::nullopt, false});
+    for (std::size_t p = from; p < placed.paths.size() && guesses.size() < most; ++p) {
+      if (!placed.drafts[p].empty()) guesses.push_back({p, std::nullopt});
     }
-    parallel_for(guesses.size(), 4, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
+    const Deposit* obstacles = options_.avoid_collisions ? &deposit_ : nullptr;
+    parallel_for(guesses.size(), 2, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t g = begin; g < end; ++g) {
-        Guess& guess = guesses[g];
-        const Deposit* obstacles = options_.avoid_collisions ? &deposit_ : nullptr;
-        guess.section = hold_posture(cell_, obstacles, placed.drafts[guess.path], state_.branch, guess.yaw);
-        guess.links_free = guess.section && obstacles;
+        guesses[g].section = hold_posture(cell_, obstacles, placed.drafts[guesses[g].path], state_.branch, yaw);
       }
     });
     return guesses;
+  }
+
+  // Takes paths over up to the first that is not held, which `p` becomes; false when there is one.
+  bool take_guesses(std::vector<Guess>& guesses, std::vector<PlannedPath>& planned, std::size_t& p) {
+    for (Guess& guess : guesses) {
+      p = guess.path;
+      if (!guess.section) return false;
+      planned[p] = {cut_section(cell_, std::move(*guess.section), state_), options_.avoid_collisions};
+      end_path(planned[p++].arm);
+    }
+    return true;
+  }
+
+  // Another turn of the head with which a path can be held, as far as its key waypoints tell.
+  std::optional<double> turned_yaw(const PlacedPaths& placed, std::size_t p) const {
+    if (!state_.known || placed.drafts[p].empty()) return std::nullopt;
+    const std::optional<double> held = held_yaw(cell_, placed.drafts[p], options_, state_.yaw, state_.branch);
+    return held && *held != state_.yaw ? held : std::nullopt;
   }
 
   // One path, whatever it takes.
