@@ -8,18 +8,18 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr double kGain = 1e-6;        // mm
-constexpr int kMostHalvings = 4;
-constexpr double kKinkCosine = 0.8;      // of the angle between ways to the border that do not belong to one front
+constexpr double kGain = 1e-6;            // mm
+constexpr double kKinkCosine = 0.8;       // of the angle between ways to the border that do not belong to one front
 constexpr double kSameSideCosine = -0.3;  // of that between ways from two meetings to one side
-constexpr double kOtherSlope = 0.3;      // by which the slope at the middle of an edge is off the mean slope up to there, past a kink
-constexpr double kHiddenKink = 0.25;     // of the tolerance, where two fronts meet nearer to one end than to the middle
-constexpr double kEqual = 5e-4;       // mm
-constexpr double kLargestShift = 0.05;  // mm, of the distance to one side of two
-constexpr int kMostSearches = 10;
-constexpr double kSnap = 0.04;        // of an edge: fronts that meet so near to its end meet there
-constexpr double kShortest = 0.02;    // mm, of edges that are cut where fronts meet
-constexpr int kPatience = 2;          // steps along the border that need not pay, so that a notch does not stop the search
+constexpr double kOtherSlope = 0.3;       // by which the slope in the middle of an edge is off the mean slope up to there, past a kink
+constexpr double kHiddenKink = 0.25;      // of the tolerance, where two fronts meet nearer to one end than to the middle
+constexpr double kEqual = 5e-4;           // mm, between distances to both sides of the medial line
+constexpr double kLargestShift = 0.05;    // mm, by which one side may still come nearer
+constexpr double kSnap = 0.04;            // of an edge: fronts that meet so near to its end meet there
+constexpr double kShortest = 0.02;        // mm, of edges that are cut where fronts meet
+constexpr int kMostSearches = 10;         // for that place
+constexpr int kMostCuts = 4;              // of an edge, one after the other
+constexpr int kPatience = 2;              // steps along the border that need not pay, so that a notch does not stop the search
 constexpr int kMostSteps = 1000;
 
 Vec3 middle_normal(const Vec3& a, const Vec3& b) {
@@ -36,6 +36,13 @@ double arc_over_chord(double lean) {
   return std::asin(root) / root;
 }
 
+// Whether another front than that in the middle of an edge comes to its end, so that they meet in between. `whole`: the edge,
+// from that end.
+bool hides_kink(const Front& end, const Front& middle, const Vec3& whole) {
+  if (end.distance > 0.0) return end.way.dot(middle.way) < kKinkCosine * end.distance * middle.distance;
+  return std::abs(-middle.way.dot(whole) / middle.distance - 2.0 * middle.distance) > kOtherSlope * whole.norm();
+}
+
 }  // namespace
 
 BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) : mesh_(std::move(mesh)) {
@@ -50,8 +57,8 @@ BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) :
     std::vector<Index> added(fronts_.size() - before);
     for (std::size_t i = 0; i < added.size(); ++i) added[i] = static_cast<Index>(before + i);
     hand_on(std::move(added));
-    put_meetings_in_order();
   }
+  put_meetings_in_order();
   edges_ = make_edges(mesh_);
 }
 
@@ -268,29 +275,21 @@ bool BorderDistance::stays_on_edge(const Front& from, const Front& to, Index ver
 // A vertex on an edge, where else the distance along it would not be that between its ends; else kNone.
 Index BorderDistance::cut_edge(Index a, Index b, const DistanceOptions& options) {
   const auto [at_a, at_b] = alike(a, b);
-  const Vec3 whole = mesh_.vertices[b] - mesh_.vertices[a];
-  const double length = whole.norm(), likeness = at_a->way.dot(at_b->way);
   if (stays_on_edge(*at_a, *at_b, b) || stays_on_edge(*at_b, *at_a, a)) return kNone;
-  const bool smooth = likeness > kKinkCosine * at_a->distance * at_b->distance && likeness > 0.0;
-  if (length < (smooth ? options.min_edge_mm : kShortest)) return kNone;
-  if (smooth) {
+  const Vec3 whole = mesh_.vertices[b] - mesh_.vertices[a], middle = mesh_.vertices[a] + 0.5 * whole;
+  const Vec3 normal = middle_normal(mesh_.normals[a], mesh_.normals[b]);
+  const double length = whole.norm(), likeness = at_a->way.dot(at_b->way);
+  if (likeness > 0.0 && likeness > kKinkCosine * at_a->distance * at_b->distance) {  // one front
     const double bulge = 0.125 * (at_b->way.dot(whole) / at_b->distance - at_a->way.dot(whole) / at_a->distance);
-    if (std::abs(bulge) <= options.tolerance_mm) return kNone;
-    const Vec3 normal = middle_normal(mesh_.normals[a], mesh_.normals[b]);
-    return add_vertex(a, b, 0.5, seen_along(*at_a, mesh_.vertices[a] + 0.5 * whole, normal));
+    if (length < options.min_edge_mm || std::abs(bulge) <= options.tolerance_mm) return kNone;
+    return add_vertex(a, b, 0.5, seen_along(*at_a, middle, normal));
   }
-  const Vec3 normal = middle_normal(mesh_.normals[a], mesh_.normals[b]), middle = mesh_.vertices[a] + 0.5 * whole;
-  const Front from_a = seen_along(*at_a, middle, normal);
-  const Front from_b = seen_along(*at_b, middle, normal);
+  if (length < kShortest) return kNone;
+  const Front from_a = seen_along(*at_a, middle, normal), from_b = seen_along(*at_b, middle, normal);
   if (from_a.way.dot(from_b.way) < kKinkCosine * from_a.distance * from_b.distance) return cut_at_kink(a, b, from_a, from_b);
-  const Front& nearer = from_a.distance < from_b.distance ? from_a : from_b;
   if (length < options.min_edge_mm) return kNone;
-  // Where another front comes to an end of the edge, it meets this one between there and the middle.
-  const auto hides_kink = [&](const Front& end, const Vec3& inwards) {
-    if (end.distance > 0.0) return end.way.dot(nearer.way) < kKinkCosine * end.distance * nearer.distance;
-    return std::abs(-nearer.way.dot(inwards) / nearer.distance - 2.0 * nearer.distance) > kOtherSlope * length;
-  };
-  const bool kink = hides_kink(*at_a, whole) || hides_kink(*at_b, -whole);
+  const Front& nearer = from_a.distance < from_b.distance ? from_a : from_b;
+  const bool kink = hides_kink(*at_a, nearer, whole) || hides_kink(*at_b, nearer, -whole);
   const double off = nearer.distance - 0.5 * (at_a->distance + at_b->distance);
   return std::abs(off) > (kink ? kHiddenKink : 1.0) * options.tolerance_mm ? add_vertex(a, b, 0.5, nearer) : kNone;
 }
@@ -320,8 +319,8 @@ Index BorderDistance::cut_at_kink(Index a, Index b, Front from_a, Front from_b) 
   return vertex;
 }
 
-// Halves edges until each tells its middle, and the triangles with them. What becomes of an edge depends on its ends
-// alone, so each triangle is cut to the end before the next one.
+// Cuts edges until each tells the distance along it, and the triangles with them. What becomes of an edge is settled
+// once for both triangles beside it, so each triangle is cut to the end before the next one.
 bool BorderDistance::refine(const DistanceOptions& options) {
   constexpr Index kUnknown = -2;
   struct Halved {
@@ -342,7 +341,7 @@ bool BorderDistance::refine(const DistanceOptions& options) {
   const auto middle_of = [&](Index e) {
     const auto [from, to, generation, known, first_half, beside] = edges[e];
     if (known != kUnknown) return known;
-    const Index middle = generation < kMostHalvings ? cut_edge(from, to, options) : kNone;
+    const Index middle = generation < kMostCuts ? cut_edge(from, to, options) : kNone;
     edges[e].middle = middle;
     if (middle != kNone) {
       edges[e].first_half = static_cast<Index>(edges.size());
