@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -253,6 +254,36 @@ TEST(Deposit, TopGrowsWithThePrint) {
   const Deposit deposit(toolpaths.paths, toolpaths.points, tips, 1.0);
   EXPECT_NEAR(deposit.top_before(static_cast<Index>(tips.size())), 1.8, 1e-12);
   EXPECT_NEAR(deposit.top_before(1), 0.6, 1e-12);
+}
+
+TEST(Links, CapsulesOfSeveralPosturesHoldThoseOfEach) {
+  const Machine machine;
+  const Cell cell(machine);
+  PostureBoxes boxes;
+  std::vector<Joints> all;
+  for (int i = 0; i < 20; ++i) {
+    Posture posture;
+    const Vec3 tip(-20.0 + 2.0 * i, 10.0, 30.0), axis = Vec3(0.01 * i, -0.1, 1.0).normalized();
+    if (cell.solve(tip, axis, 0.05 * i, 0, posture) == ArmFault::reach) continue;
+    boxes.add(posture);
+    all.push_back(posture.joints);
+  }
+  ASSERT_GT(all.size(), 10u);
+  const auto around = cell.links(boxes);
+  double spare = 1e300;
+  for (const Joints& joints : all) {
+    const auto links = cell.links(joints);
+    for (std::size_t l = 0; l < links.size(); ++l) {
+      const Vec3 along = around[l].b - around[l].a;
+      for (const double share : {0.0, 0.3, 0.7, 1.0}) {
+        const Vec3 at = (1.0 - share) * links[l].a + share * links[l].b;
+        const double t = std::clamp((at - around[l].a).dot(along) / along.squaredNorm(), 0.0, 1.0);
+        spare = std::min(spare, around[l].radius - links[l].radius - (at - around[l].a - t * along).norm());
+      }
+    }
+  }
+  EXPECT_GE(spare, -1e-6);
+  EXPECT_LT(spare, 30.0);
 }
 
 // Every sample's distance from every capsule, one by one.
