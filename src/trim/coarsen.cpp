@@ -10,6 +10,8 @@ namespace curvesup {
 
 namespace {
 
+// The border gives way by and by, so that its vertices end up about evenly dense.
+constexpr std::array<double, 2> kBorderSweeps = {0.5, 1.0};
 constexpr int kRounds = 3;
 // A line along which a border vertex goes runs at no smaller slant to the border, as a sine.
 constexpr double kSlant = 0.2;
@@ -59,9 +61,12 @@ class Coarsener {
   }
 
   void run() {
-    sweep_border();
+    for (const double part : kBorderSweeps) {
+      std::fill(open_.begin(), open_.end(), 1);
+      sweep_border(part * options_.border_mm);
+    }
     sweep_inside();
-    sweep_border();
+    sweep_border(options_.border_mm);
     remove_dead_triangles();
   }
 
@@ -217,13 +222,13 @@ class Coarsener {
   }
 
   // Looks at the vertices whose surroundings have changed since they were looked at.
-  void sweep_border() {
+  void sweep_border(double tolerance_mm) {
     for (int round = 0; round < kRounds; ++round) {
       bool any = false;
       for (Index v = 0; v < static_cast<Index>(at_.size()); ++v) {
         if (!open_[v] || rings_[v].count == 0 || next_[v] == kNone || previous_[v] == kNone) continue;
         open_[v] = 0;
-        any = merge_on_border(v, next_[v]) || any;
+        any = merge_on_border(v, next_[v], tolerance_mm) || any;
       }
       if (!any) return;
     }
@@ -301,12 +306,13 @@ class Coarsener {
     return count;
   }
 
-  bool merge_on_border(Index v, Index u) {
+  bool merge_on_border(Index v, Index u, double tolerance_mm) {
     const Index p = previous_[v], n = next_[u];
     if (p == kNone || n == kNone || p == n || p == u) return false;
     if (next_[p] != v || previous_[n] != u || loop_of_[p] != loop_of_[n]) return false;  // where borders touch
     const Freedom free_v = freedom_[v], free_u = freedom_[u];
     if (free_v == Freedom::fixed && free_u == Freedom::fixed) return false;
+    tolerance2_ = tolerance_mm * tolerance_mm;
     const Vec3 &a = at_[p], &b = at_[v], &c = at_[u], chord = at_[n] - a;
     const bool in_plane = free_v == Freedom::plane && free_u == Freedom::plane;
     const Vec3 normal = in_plane ? planes_[planes_of_[v][0]].normal : mean_normal(v, u), across = chord.cross(normal);
@@ -371,14 +377,13 @@ class Coarsener {
     const auto point = [&](Index i) -> const Vec3& { return border_points_[loop.first + at_place(i)]; };
     const Index first = place_[p], last = place_[n] > first ? place_[n] : place_[n] + loop.count;
     const Segment to_x(at_[p], x), from_x(x, at_[n]);
-    const double tolerance2 = options_.border_mm * options_.border_mm;
     for (Index i = first + 1; i < last; ++i) {
-      if (!to_x.within(point(i), tolerance2) && !from_x.within(point(i), tolerance2)) return false;
+      if (!to_x.within(point(i), tolerance2_) && !from_x.within(point(i), tolerance2_)) return false;
     }
     double nearest = std::numeric_limits<double>::infinity();
     bool beside = false;
     for (Index i = first; i < last; ++i) {
-      beside = beside || Segment(point(i), point(i + 1)).within(x, tolerance2);
+      beside = beside || Segment(point(i), point(i + 1)).within(x, tolerance2_);
       const double distance = (point(i) - x).squaredNorm();
       if (i == first || distance >= nearest) continue;
       nearest = distance;
@@ -543,6 +548,7 @@ class Coarsener {
   std::vector<std::array<Index, 2>> planes_of_;
   std::vector<Vec3> along_;
   Index now_ = 0;
+  double tolerance2_ = 0.0;
   double least_height_ = 0.0, error_after_ = 0.0, change_ = 0.0;  // of the last pair that was looked at
   double drift_ = 0.0, most_drift_ = 0.0;                         // twice the volume that has come up to now, and may
 };
