@@ -10,6 +10,7 @@
 #include "core/memory.h"
 #include "motion/arm_path.h"
 #include "motion/chain.h"
+#include "motion/head_look.h"
 #include "motion/placed_paths.h"
 #include "motion/travel.h"
 
@@ -20,9 +21,6 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kSampleSpacing_mm = 1.0;  // of deposited beads
 constexpr double kReachSpacing_mm = 2.0;   // between points at which the arm's reach is looked at
 constexpr int kTiltRounds = 4;
-constexpr double kTurning = 0.02;      // rad between waypoints
-constexpr double kTurningMuch = 0.12;  // between places on the way from one to the next
-constexpr double kLookSpacing_mm = 2.0;  // of such places
 constexpr int kOrderRounds = 8;
 constexpr int kRaiseSteps = 4;
 constexpr double kPoseTolerance = 1e-6;       // m and rad, between joints and pose
@@ -37,7 +35,7 @@ class MotionPlanner {
  public:
   MotionPlanner(const Toolpaths& toolpaths, const Cell& cell, const MotionOptions& options,
                 const PartPlacement& placement, const RunContext& run)
-      : toolpaths_(toolpaths), cell_(cell), options_(options), placement_(placement), run_(run), deposit_(kSampleSpacing_mm) {}
+      : toolpaths_(toolpaths), cell_(cell), options_(options), placement_(placement), run_(run), deposit_(kSampleSpacing_mm), look_(cell, deposit_) {}
 
   MotionResult plan() {
     result_.motion.part_offset_mm = placement_.offset_mm;
@@ -179,9 +177,9 @@ class MotionPlanner {
       faults_[p] = tilt_axes(cell_, deposit_, path.first_point, placed.of(placed.points, path), placed.of(placed.tips, path),
                              placed.of(placed.laid_before, path), options_, keys, axes, free);
       thin_path(placed, p);
-      if (!options_.avoid_collisions || !add_touching_keys(placed, p, keys)) break;
+      if (!options_.avoid_collisions || !look_.add_touching_keys(placed, p, keys)) break;
     }
-    return options_.avoid_collisions && !touching_poses(placed, p).empty();
+    return options_.avoid_collisions && !look_.touching_poses(placed, p).empty();
   }
 
   // Paths that no tilt and no order frees pass higher where they touch, step by step; where that does not help, as planned.
@@ -206,107 +204,13 @@ class MotionPlanner {
       smooth_axes(placed.of(placed.points, path), placed.of(placed.tips, path), tolerances, placed.of(placed.axes, path));
       return tilt_path(placed, p);
     };
-    if (!raise_may_help(placed, p)) return;
+    if (!look_.raise_may_help(placed, p)) return;
     for (int step = 0; step < kRaiseSteps; ++step) {
-      placed.raise(path, touching_points(placed, p), tolerances.max_raise_mm / kRaiseSteps, tolerances.max_raise_mm);
+      placed.raise(path, look_.touching_points(placed, p), tolerances.max_raise_mm / kRaiseSteps, tolerances.max_raise_mm);
       if (!tilt_anew()) return;
     }
     placed.lower(path);
     tilt_anew();
-  }
-
-  // Whether each place at which the head touches something would be free, at some allowed tilt, from as high as it may be.
-  bool raise_may_help(const PlacedPaths& placed, std::size_t p) const {
-    const Tolerances& tolerances = cell_.machine().tolerances;
-    for (const OpenPose& pose : touching_poses(placed, p)) {
-      const Vec3& normal = placed.points[placed.row(pose.point)].normal;
-      const Vec3 raised = pose.tip + tolerances.max_raise_mm * normal;
-      const std::vector<Vec3> tilted = directions_around(normal, tolerances.max_tilt_deviation.radians());
-      const auto is_free = [&](const Vec3& axis) { return head_is_free(placed, raised, axis, pose.point, nullptr); };
-      if (std::none_of(tilted.begin(), tilted.end(), is_free)) return false;
-    }
-    return true;
-  }
-
-  // Marks the points of a path at and between which the head touches something.
-  std::vector<char> touching_points(const PlacedPaths& placed, std::size_t p) const {
-    const Path& path = placed.paths[p];
-    std::vector<char> marked(static_cast<std::size_t>(path.point_count), 0);
-    for (const OpenPose& pose : touching_poses(placed, p)) {
-      const auto at = [&](Index point) { return marked.begin() + (point - path.first_point); };
-      std::fill(at(pose.from), at(pose.point) + 1, 1);
-    }
-    return marked;
-  }
-
-  // The head on its way from one point to another.
-  struct OpenPose {
-    Vec3 tip, axis;
-    Index from, point;
-  };
-
-  // Where the head may touch something: at waypoints that are not known to be free, and at halves of the way to them
-  // where it is long or the axis turns, since waypoints may come to lie there.
-  std::vector<OpenPose> open_poses(const PlacedPaths& placed, std::size_t p) const {
-    const std::vector<DraftPoint>& drafts = placed.drafts[p];
-    std::vector<OpenPose> poses;
-    for (std::size_t i = 0; i < drafts.size(); ++i) {
-      const DraftPoint& draft = drafts[i];
-      if (!placed.knows_free(draft)) poses.push_back({draft.tip, draft.axis, draft.point, draft.point});
-      if (i > 0) add_poses_between(drafts[i - 1], draft, kTurning, poses);
-    }
-    return poses;
-  }
-
-  // Half way, and half way on either side of that as long as the way is long or the axis turns much.
-  static void add_poses_between(const DraftPoint& from, const DraftPoint& to, double least_turn,
-                                std::vector<OpenPose>& poses) {
-    const bool turns = (to.axis - from.axis).squaredNorm() >= least_turn * least_turn;
-    if (!turns && (to.tip - from.tip).squaredNorm() < kLookSpacing_mm * kLookSpacing_mm) return;
-    DraftPoint before = from, behind = to;
-    before.tip = behind.tip = 0.5 * (from.tip + to.tip);
-    before.axis = behind.axis = (from.axis + to.axis).normalized();
-    poses.push_back({behind.tip, behind.axis, from.point, to.point});
-    add_poses_between(from, behind, kTurningMuch, poses);
-    add_poses_between(before, to, kTurningMuch, poses);
-  }
-
-  // Those at which it does touch something.
-  std::vector<OpenPose> touching_poses(const PlacedPaths& placed, std::size_t p) const {
-    const std::vector<OpenPose> open = open_poses(placed, p);
-    std::vector<Deposit::HeadPose> poses;
-    for (const OpenPose& pose : open) poses.push_back(head_pose(placed, pose.tip, pose.axis, pose.point));
-    std::vector<char> touches(poses.size());
-    deposit_.touches_head(cell_.head(), poses, 0.0, touches);
-    std::vector<OpenPose> touching;
-    for (std::size_t i = 0; i < open.size(); ++i) {
-      if (touches[i] || !cell_.head_above_table(open[i].tip, open[i].axis)) touching.push_back(open[i]);
-    }
-    return touching;
-  }
-
-  static Deposit::HeadPose head_pose(const PlacedPaths& placed, const Vec3& tip, const Vec3& axis, Index point) {
-    const std::size_t row = placed.row(point);
-    return {tip, axis, free_height(placed.points[row]), placed.laid_before[row]};
-  }
-
-  // Adds the points around poses at which the head touches something; false when none is new.
-  bool add_touching_keys(PlacedPaths& placed, std::size_t p, std::vector<Index>& keys) const {
-    const Path& path = placed.paths[p];
-    const std::size_t before = keys.size();
-    for (const OpenPose& pose : touching_poses(placed, p)) {
-      const Index key = pose.point - path.first_point;
-      for (Index k = std::max(0, key - 1); k <= std::min(path.point_count - 1, key + 1); ++k) keys.push_back(k);
-    }
-    std::sort(keys.begin(), keys.end());
-    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-    return keys.size() > before;
-  }
-
-  bool head_is_free(const PlacedPaths& placed, const Vec3& tip, const Vec3& axis, Index point, Contact* contact) const {
-    const Deposit::HeadPose pose = head_pose(placed, tip, axis, point);
-    return cell_.head_above_table(tip, axis) &&
-           !deposit_.touches_head(cell_.head(), tip, axis, pose.free_height, 0.0, pose.before, contact);
   }
 
   // Paths at which no tilt keeps the head off beads beside them, of their own piece, go before those: without them a tilt
@@ -357,8 +261,8 @@ class MotionPlanner {
   // The earliest path of the same piece whose bead the head touches; else p.
   std::size_t earliest_touched(const PlacedPaths& placed, std::size_t p) const {
     std::vector<Index> touched;
-    for (const OpenPose& open : touching_poses(placed, p)) {
-      const Deposit::HeadPose pose = head_pose(placed, open.tip, open.axis, open.point);
+    for (const HeadLook::OpenPose& open : look_.touching_poses(placed, p)) {
+      const Deposit::HeadPose pose = HeadLook::pose(placed, open.tip, open.axis, open.point);
       deposit_.contacts_of_head(cell_.head(), pose.tip, pose.axis, pose.free_height, 0.0, pose.before, touched);
     }
     std::size_t first = p;
@@ -587,7 +491,7 @@ class MotionPlanner {
       if (point.draft.point != kNone) at = point.draft.point;
       Contact contact;
       const char* body = nullptr;
-      if (heads_touch[w] && !head_is_free(placed, point.draft.tip, point.draft.axis, at, &contact)) body = "head";
+      if (heads_touch[w] && !look_.is_free(placed, point.draft.tip, point.draft.axis, at, &contact)) body = "head";
       if (!body && !links_free) {
         body = touching_link(cell_, deposit_, point.joints, at, 0.0, &contact);
       }
@@ -610,7 +514,7 @@ class MotionPlanner {
       if (placed.knows_free(draft)) continue;
       marks[w] = !cell_.head_above_table(draft.tip, draft.axis);
       open.push_back(w);
-      poses.push_back(head_pose(placed, draft.tip, draft.axis, at));
+      poses.push_back(HeadLook::pose(placed, draft.tip, draft.axis, at));
     }
     std::vector<char> touches(poses.size());
     deposit_.touches_head(cell_.head(), poses, 0.0, touches);
@@ -794,6 +698,7 @@ class MotionPlanner {
   std::vector<Index> first_points_;  // placed points before each path, and all at the end
   bool reordered_ = false;
   Deposit deposit_;
+  HeadLook look_;
   std::vector<std::vector<AxisFault>> faults_;  // of the paths of this run
   ArmState state_;
   std::vector<ChainEnds> ends_;
