@@ -45,7 +45,7 @@ bool rests(const Subject& subject, const PrintedGrids& grids, const Vec3& q, con
 bool piece_rests(const Subject& subject, const PrintedGrids& grids, const Piece& piece) {
   const LayerStack& stack = subject.printed;
   const Sheet& sheet = stack.sheets[piece.sheet];
-  const int count = static_cast<int>(std::clamp(std::ceil(8.0 * piece.area), 16.0, 256.0));
+  const int count = static_cast<int>(std::clamp(std::ceil(8.0 * piece.area), 32.0, 256.0));
   const double step = piece.area / count;
   int resting = 0, sample = 0;
   double done = 0.0;

@@ -15,9 +15,9 @@ namespace curvesup {
 
 namespace {
 
-constexpr double kRestingPart = 0.25;
+constexpr double kRestingPart = 0.3;  // more than the certificate asks for, which looks at other points
 constexpr double kSamplesPerMm2 = 8.0;
-constexpr int kFewestSamples = 16, kMostSamples = 128;
+constexpr int kFewestSamples = 32, kMostSamples = 128;
 // Pieces on top of each other that may go; where more would follow, the branch stands on them and all of them stay.
 constexpr int kMostStacked = 6;
 
