@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace curvesup::toolpath {
 namespace {
@@ -52,14 +53,15 @@ BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) :
     if (fronts_[v].distance == 0.0) changed.push_back(v);
   }
   hand_on(std::move(changed));
+  edges_ = make_edges(mesh_);
   const std::size_t before = fronts_.size();
   if (refine(options)) {
+    edges_ = make_edges(mesh_);
     std::vector<Index> added(fronts_.size() - before);
-    for (std::size_t i = 0; i < added.size(); ++i) added[i] = static_cast<Index>(before + i);
+    std::iota(added.begin(), added.end(), static_cast<Index>(before));
     hand_on(std::move(added));
   }
   put_meetings_in_order();
-  edges_ = make_edges(mesh_);
 }
 
 void BorderDistance::put_meetings_in_order() {
@@ -333,10 +335,9 @@ bool BorderDistance::refine(const DistanceOptions& options) {
   struct Part {
     std::array<Index, 3> corners, edges;
   };
-  const EdgeTable table = make_edges(mesh_);
   std::vector<Halved> edges;
-  edges.reserve(3 * table.edges.size());
-  for (const Edge& e : table.edges) edges.push_back({.from = e.from, .to = e.to, .middle = e.right == kNone ? kNone : kUnknown});
+  edges.reserve(3 * edges_.edges.size());
+  for (const Edge& e : edges_.edges) edges.push_back({.from = e.from, .to = e.to, .middle = e.right == kNone ? kNone : kUnknown});
   const std::size_t before = mesh_.vertices.size();
   const auto middle_of = [&](Index e) {
     const auto [from, to, generation, known, first_half, beside] = edges[e];
@@ -363,7 +364,7 @@ bool BorderDistance::refine(const DistanceOptions& options) {
   for (auto* rows : {&triangles, &edges_of}) rows->reserve(2 * mesh_.triangles.size());
   std::vector<Part> parts;
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-    parts.assign(1, {mesh_.triangles[t], table.of_triangle[t]});
+    parts.assign(1, {mesh_.triangles[t], edges_.of_triangle[t]});
     while (!parts.empty()) {
       const auto [corner, edge] = parts.back();
       parts.pop_back();

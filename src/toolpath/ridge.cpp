@@ -56,9 +56,11 @@ Ridge::Ridge(const BorderDistance& distance, const BeadWidths& beads) : distance
   hand_down();
 }
 
+double Ridge::strip_width(double distance) const { return 2.0 * (distance - std::floor(distance / beads_.width) * beads_.width); }
+
 bool Ridge::fits(double distance) const {
-  const double n = std::floor(distance / beads_.width), left = 2.0 * (distance - n * beads_.width);
-  return left <= beads_.max + kSlack && (n == 0.0 || left >= beads_.min);
+  const double left = strip_width(distance);
+  return left <= beads_.max + kSlack && (distance / beads_.width < 1.0 || left >= beads_.min);
 }
 
 void Ridge::find_nodes() {
@@ -113,9 +115,7 @@ void Ridge::find_summits() {
   const PieceMesh& mesh = distance_.mesh();
   std::vector<char> lone(nodes_.size());
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    const double distance = nodes_[n].distance;
-    const double left = 2.0 * (distance - std::floor(distance / beads_.width) * beads_.width);
-    lone[n] = fits(distance) && left > kRound * beads_.width;
+    lone[n] = fits(nodes_[n].distance) && strip_width(nodes_[n].distance) > kRound * beads_.width;
   }
   for (const Segment& s : segments_) lone[s.a] = lone[s.b] = 0;
   if (std::find(lone.begin(), lone.end(), 1) == lone.end()) return;
@@ -127,7 +127,7 @@ void Ridge::find_summits() {
   }
   for (const Meeting& m : distance_.meetings()) {
     const Index node = node_of_vertex_[m.vertex];
-    if (node != kNone && lone[node]) summits_.push_back({.vertex = m.vertex, .around = {}});
+    if (node != kNone && lone[node]) summits_.push_back({m.vertex, node, {}});
   }
   for (Index t = 0; t < static_cast<Index>(mesh.triangles.size()) && !summits_.empty(); ++t) {
     for (const Index v : mesh.triangles[t]) {
@@ -135,7 +135,7 @@ void Ridge::find_summits() {
       if (at != summits_.end() && at->vertex == v) at->around.push_back(t);
     }
   }
-  for (const Summit& s : summits_) nodes_[node_of_vertex_[s.vertex]].filled = true;
+  for (const Summit& s : summits_) nodes_[s.node].filled = true;
 }
 
 // Keeps the parts of the segments that one centre line fits.
@@ -329,9 +329,9 @@ std::vector<Track> Ridge::centre_lines() const {
     }
     tracks.push_back(std::move(track));
   }
-  for (const auto& [vertex, around] : summits_) {
-    const Node& node = nodes_[node_of_vertex_[vertex]];
-    const double reach = kRoundReach * 2.0 * (node.distance - std::floor(node.distance / beads_.width) * beads_.width);
+  for (const auto& [vertex, id, around] : summits_) {
+    const Node& node = nodes_[id];
+    const double reach = kRoundReach * strip_width(node.distance);
     tracks.push_back(straight_through(distance_, node.position, around, node.normal.cross(distance_.front(vertex).way), reach, reach));
   }
   return tracks;
@@ -340,7 +340,7 @@ std::vector<Track> Ridge::centre_lines() const {
 // Lets a track go on from its last point, the node `end`.
 void Ridge::draw_out(Track& track, Index end) const {
   const double distance = nodes_[end].distance, border = std::floor(distance / beads_.width) * beads_.width;
-  const double width = 2.0 * (distance - border);  // of the strip
+  const double width = strip_width(distance);
   if (width <= 0.0) return;
   const double reach = std::min(kStretch * beads_.width, 0.5 * (length_of(track) + width));
   const double roomy = std::clamp(reach * (1.0 - width / (kAlmost * beads_.max)), kLeastGap * width, kGap * width);

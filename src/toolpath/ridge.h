@@ -43,7 +43,7 @@ class Ridge {
     Index a = kNone, b = kNone, triangle = kNone;
   };
   struct Summit {
-    Index vertex = kNone;
+    Index vertex = kNone, node = kNone;
     std::vector<Index> around;  // triangles
   };
   void find_nodes();
@@ -53,6 +53,8 @@ class Ridge {
   void chain_up();
   void hand_down();
   [[nodiscard]] double slack(Index node, const Vec3& position, double distance) const;
+  // What the rings leave where the medial line is so far from the border.
+  [[nodiscard]] double strip_width(double distance) const;
   [[nodiscard]] bool fits(double distance) const;
   void draw_out(Track& track, Index end) const;
 
