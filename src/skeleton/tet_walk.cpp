@@ -1,6 +1,7 @@
 #include "skeleton/tet_walk.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace curvesup {
@@ -15,19 +16,25 @@ struct Exit {
   int face = -1;
 };
 
-// Where the ray p + s u leaves a tet; the face by which it came in does not count.
+// Where the ray p + s u leaves a tet; the face by which it came in does not count. All faces are looked at before one is
+// chosen: which ones the ray runs towards cannot be foreseen, and waiting for it costs more than the products.
 Exit find_exit(const TetMesh& mesh, Index tet, const Vec3& p, const Vec3& u, int entry_face) {
   const auto& corner = mesh.tets[tet];
+  const Vec3 &a = mesh.vertices[corner[0]], &b = mesh.vertices[corner[1]], &c = mesh.vertices[corner[2]],
+             &d = mesh.vertices[corner[3]];
+  const Vec3 ab = b - a, ac = c - a, ad = d - a, to_a = a - p;
+  const Vec3 opposite_a = (c - b).cross(d - b), opposite_b = ad.cross(ac), opposite_c = ab.cross(ad),
+             opposite_d = ac.cross(ab);  // outwards
+  std::array<double, 4> rate = {opposite_a.dot(u), opposite_b.dot(u), opposite_c.dot(u), opposite_d.dot(u)};
+  const std::array<double, 4> gap = {opposite_a.dot(b - p), opposite_b.dot(to_a), opposite_c.dot(to_a),
+                                     opposite_d.dot(to_a)};
+  if (entry_face >= 0) rate[entry_face] = 0.0;
   Exit exit;
   for (int f = 0; f < 4; ++f) {
-    if (f == entry_face) continue;
-    const auto& local = kTetFace[f];
-    const Vec3& a = mesh.vertices[corner[local[0]]];
-    const Vec3 outward = (mesh.vertices[corner[local[1]]] - a).cross(mesh.vertices[corner[local[2]]] - a);
-    const double rate = outward.dot(u);
-    if (rate <= 0.0) continue;
-    const double distance = std::max(0.0, outward.dot(a - p) / rate);
-    if (distance < exit.distance) exit = {distance, f};
+    const double distance = rate[f] > 0.0 ? std::max(0.0, gap[f] / rate[f]) : kInfinity;
+    const bool nearer = distance < exit.distance;
+    exit.distance = nearer ? distance : exit.distance;
+    exit.face = nearer ? f : exit.face;
   }
   return exit;
 }
