@@ -100,14 +100,4 @@ WalkResult TetWalk::walk(const Vec3& start, Index tet, const Vec3& u, const Walk
   return result;
 }
 
-Vec3 turn_towards(const Vec3& from, const Vec3& to, double angle_rad) {
-  if (angle_between(from, to) <= angle_rad) return to;
-  Vec3 across = to - from.dot(to) * from;
-  if (across.norm() < 1e-12) across = from.unitOrthogonal();
-  across.normalize();
-  return (std::cos(angle_rad) * from + std::sin(angle_rad) * across).normalized();
-}
-
-double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
-
 }  // namespace curvesup

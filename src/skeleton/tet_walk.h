@@ -53,10 +53,4 @@ class TetWalk {
   const ScalarField& field_;
 };
 
-// `from` turned by `angle_rad` towards `to`, both unit; stops at `to`. Antiparallel vectors turn about any axis.
-[[nodiscard]] Vec3 turn_towards(const Vec3& from, const Vec3& to, double angle_rad);
-
-// Angle between two vectors, accurate for small angles also.
-[[nodiscard]] double angle_between(const Vec3& a, const Vec3& b);
-
 }  // namespace curvesup

@@ -12,6 +12,7 @@
 #include "curvesup/mesh/triangle_mesh.h"
 #include "curvesup/skeleton/stand_angle.h"
 #include "helpers/support_domain.h"
+#include "skeleton/angle_limit.h"
 #include "skeleton/tet_walk.h"
 
 namespace curvesup {
