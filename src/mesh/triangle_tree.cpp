@@ -1,6 +1,7 @@
 #include "curvesup/mesh/triangle_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -8,6 +9,7 @@ namespace curvesup {
 
 namespace {
 constexpr Index kLeafSize = 4;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double box_distance2(const Vec3& p, const Vec3& low, const Vec3& high) {
   return (low - p).cwiseMax(p - high).cwiseMax(0.0).squaredNorm();
@@ -26,6 +28,22 @@ bool box_meets_ray(const Vec3& origin, const Vec3& inverse, const Vec3& low, con
     if (t_min > t_max) return false;
   }
   return true;
+}
+
+// Smallest |t| at which a line is in a box, infinite if it never is.
+double box_nearness(const Vec3& origin, const Vec3& inverse, const Vec3& low, const Vec3& high) {
+  double from = -kInfinity, to = kInfinity;
+  for (int axis = 0; axis < 3; ++axis) {
+    double t0 = (low[axis] - origin[axis]) * inverse[axis], t1 = (high[axis] - origin[axis]) * inverse[axis];
+    if (std::isinf(inverse[axis])) {
+      const bool between = origin[axis] >= low[axis] && origin[axis] <= high[axis];
+      t0 = between ? -kInfinity : kInfinity;
+      t1 = kInfinity;
+    }
+    from = std::max(from, std::min(t0, t1));
+    to = std::min(to, std::max(t0, t1));
+  }
+  return from > to ? kInfinity : std::max({from, -to, 0.0});
 }
 
 // Moeller-Trumbore, edges included.
@@ -152,6 +170,46 @@ std::optional<TriangleTree::Hit> TriangleTree::first_hit(const Vec3& origin, con
       const Index triangle = order_[i];
       if (!ray_triangle(origin, direction, corners_[triangle], t) || t < t_min || t > best.t) continue;
       if (t < best.t || best.triangle == kNone || triangle < best.triangle) best = {triangle, t};
+    }
+  }
+  if (best.triangle == kNone) return std::nullopt;
+  return best;
+}
+
+std::optional<TriangleTree::Hit> TriangleTree::nearest_hit(const Vec3& origin, const Vec3& direction, double t_max) const {
+  if (nodes_.empty()) return std::nullopt;
+  const Vec3 inverse = direction.cwiseInverse();
+  Hit best;
+  double reach = t_max;
+  struct Entry {
+    double nearness;  // smallest |t| in the node's box
+    Index node;
+  };
+  const auto entry = [&](Index node) {
+    return Entry{box_nearness(origin, inverse, nodes_[node].low, nodes_[node].high), node};
+  };
+  std::array<Entry, 64> stack;
+  int top = 0;
+  stack[top++] = entry(0);
+  while (top > 0) {
+    const auto [nearness, visited] = stack[--top];
+    if (nearness > reach) continue;
+    const Node& node = nodes_[visited];
+    if (node.count == 0) {
+      Entry near = entry(node.first), far = entry(node.first + 1);
+      if (far.nearness < near.nearness) std::swap(near, far);
+      stack[top++] = far;
+      stack[top++] = near;
+      continue;
+    }
+    for (Index i = node.first; i < node.first + node.count; ++i) {
+      double t = 0.0;
+      const Index triangle = order_[i];
+      if (!ray_triangle(origin, direction, corners_[triangle], t) || std::abs(t) > reach) continue;
+      const bool equal = best.triangle != kNone && std::abs(t) == reach;
+      if (equal && ((t < 0.0) != (best.t < 0.0) ? best.t < 0.0 : triangle > best.triangle)) continue;
+      best = {triangle, t};
+      reach = std::abs(t);
     }
   }
   if (best.triangle == kNone) return std::nullopt;

@@ -57,7 +57,9 @@ float coverage_distance2(const LeafSite& sample, const Vec3& leaf) {
   return static_cast<float>(std::max(offset.squaredNorm() - along2, along2));
 }
 
+// Lower places come first, what is nearly as high by y, then by x.
 bool comes_first(const Vec3& a, const Vec3& b) {
+  if (std::abs(a.z() - b.z()) > 2e-6) return a.z() < b.z();
   const auto key = [](const Vec3& p) {
     return std::tuple(std::round(p.z() * 1e6), std::round(p.y() * 1e6), std::round(p.x() * 1e6));
   };
@@ -66,6 +68,7 @@ bool comes_first(const Vec3& a, const Vec3& b) {
 
 std::vector<Vec3> positions_of(const std::vector<LeafSite>& sites) {
   std::vector<Vec3> result;
+  result.reserve(sites.size());
   for (const LeafSite& s : sites) result.push_back(s.position);
   return result;
 }
@@ -75,7 +78,10 @@ std::vector<Vec3> positions_of(const std::vector<LeafSite>& sites) {
 class Uncovered {
  public:
   Uncovered(const std::vector<LeafSite>& samples, double spacing)
-      : samples_(samples), positions_(positions_of(samples)), grid_(positions_, spacing), spacing_(spacing) {
+      : samples_(samples),
+        grid_(positions_of(samples), spacing),
+        spacing_(spacing),
+        limit2_(static_cast<float>(spacing * spacing)) {
     distance2_.assign(samples.size(), static_cast<float>(kInfinity));
     for (std::size_t s = 0; s < samples.size(); ++s) {
       if (s == 0 || samples[s].face != samples[s - 1].face) blocks_.push_back(static_cast<Index>(s));
@@ -85,17 +91,17 @@ class Uncovered {
     std::make_heap(queue_.begin(), queue_.end(), later);
   }
 
-  // A leaf is there.
+  // A leaf is there. Most of what it does not cover itself its neighbours will, so that who is how far waits.
   void place(const Vec3& leaf) {
-    grid_.near(leaf, kEuclidean * kReach * spacing_, [&](Index s) {
-      distance2_[s] = std::min(distance2_[s], coverage_distance2(samples_[s], leaf));
-    });
+    look_from(leaf, 1.0);
+    placed_.push_back(leaf);
   }
 
   // The sample farthest from all leaves, kNone when all are covered.
   Index next() {
-    const float limit2 = static_cast<float>(spacing_ * spacing_);
-    while (!queue_.empty() && queue_.front().distance2 > limit2) {
+    for (const Vec3& leaf : placed_) look_from(leaf, kReach);
+    placed_.clear();
+    while (!queue_.empty() && queue_.front().distance2 > limit2_) {
       std::pop_heap(queue_.begin(), queue_.end(), later);
       const Entry entry = queue_.back();
       queue_.back() = farthest(entry.block);
@@ -114,21 +120,28 @@ class Uncovered {
   static bool later(const Entry& a, const Entry& b) {
     return a.distance2 != b.distance2 ? a.distance2 < b.distance2 : comes_first(b.position, a.position);
   }
+  void look_from(const Vec3& leaf, double spacings) {
+    grid_.near(leaf, kEuclidean * spacings * spacing_, [&](Index s) {
+      distance2_[s] = std::min(distance2_[s], coverage_distance2(samples_[s], leaf));
+      return distance2_[s] > limit2_;
+    });
+  }
   [[nodiscard]] Entry farthest(Index block) const {
     Index best = blocks_[block];
     for (Index s = best + 1; s < blocks_[block + 1]; ++s) {
       if (distance2_[s] > distance2_[best] ||
-          (distance2_[s] == distance2_[best] && comes_first(positions_[s], positions_[best]))) {
+          (distance2_[s] == distance2_[best] && comes_first(samples_[s].position, samples_[best].position))) {
         best = s;
       }
     }
-    return {distance2_[best], positions_[best], block, best};
+    return {distance2_[best], samples_[best].position, block, best};
   }
   const std::vector<LeafSite>& samples_;
-  std::vector<Vec3> positions_;
-  PointGrid grid_;
+  ShrinkingPointGrid grid_;  // of those that are not covered
   double spacing_;
-  std::vector<float> distance2_;
+  float limit2_;
+  std::vector<float> distance2_;  // once a sample is covered, any that says so
+  std::vector<Vec3> placed_;      // leaves from which only what they cover was looked at
   std::vector<Index> blocks_;  // first sample of each block, and the end
   std::vector<Entry> queue_;
 };
@@ -158,15 +171,10 @@ class Lattice {
   }
   // The nearest point of the overhang on a line.
   [[nodiscard]] std::optional<LeafSite> below_or_above(const Vec3& p, const Vec3& direction) const {
-    auto hit = tree_.first_hit(p, direction, 0.0, step_);
-    Vec3 way = direction;
-    if (const auto back = tree_.first_hit(p, -direction, 0.0, hit ? hit->t : step_)) {
-      hit = back;
-      way = -direction;
-    }
+    const auto hit = tree_.nearest_hit(p, direction, step_);
     if (!hit) return std::nullopt;
     const Index face = overhang_.faces[hit->triangle];
-    return LeafSite{p + hit->t * way, -print_direction(field_, model_.boundary[face].tet), face, kNone};
+    return LeafSite{p + hit->t * direction, -print_direction(field_, model_.boundary[face].tet), face, kNone};
   }
 
   const Model& model_;
@@ -193,10 +201,8 @@ class ElbowRoom {
   }
   [[nodiscard]] bool crowded(const LeafSite& site) const {
     const float room2 = static_cast<float>(room_ * room_);
-    bool found = false;
-    leaves_.near(site.position, kEuclidean * room_,
-                 [&](Index i) { found = found || coverage_distance2(site, positions_[i]) < room2; });
-    return found;
+    return leaves_.any_near(site.position, kEuclidean * room_,
+                            [&](Index i) { return coverage_distance2(site, positions_[i]) < room2; });
   }
 
  private:

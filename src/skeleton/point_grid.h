@@ -54,11 +54,11 @@ class PointGrid {
     for (const Vec3& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
     cells_ = CellBox(low, high, cell, 4.0 * static_cast<double>(points.size()) + 64.0);
     first_.assign(cells_.size() + 1, 0);
-    for (const Vec3& p : points) ++first_[cells_.cell_of(p) + 1];
+    std::vector<Index> cell_of(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) ++first_[cell_of[i] = static_cast<Index>(cells_.cell_of(points[i]))];
     for (std::size_t c = 1; c < first_.size(); ++c) first_[c] += first_[c - 1];
     entries_.resize(points.size());
-    std::vector<Index> next(first_.begin(), first_.end() - 1);
-    for (std::size_t i = 0; i < points.size(); ++i) entries_[next[cells_.cell_of(points[i])]++] = static_cast<Index>(i);
+    for (std::size_t i = points.size(); i-- > 0;) entries_[--first_[cell_of[i]]] = static_cast<Index>(i);
   }
 
   // Calls visit(point id) for every point in the cells that meet the box around `centre`; the caller tests distances.
@@ -70,9 +70,37 @@ class PointGrid {
     });
   }
 
- private:
+ protected:
   CellBox cells_;
   std::vector<Index> first_, entries_;
+};
+
+// The same for points that are of interest until something is known of them.
+class ShrinkingPointGrid : private PointGrid {
+ public:
+  ShrinkingPointGrid(std::span<const Vec3> points, double cell) : PointGrid(points, cell) {
+    if (!first_.empty()) end_.assign(first_.begin() + 1, first_.end());
+  }
+
+  // Calls keep(point id) for every point in those cells; a point for which it is false is gone from then on.
+  template <typename Keep>
+  void near(const Vec3& centre, double radius, Keep&& keep) {
+    if (entries_.empty()) return;
+    cells_.near(centre, radius, [&](std::size_t from, std::size_t to) {
+      for (std::size_t c = from; c <= to; ++c) {
+        for (Index e = first_[c]; e < end_[c];) {
+          if (keep(entries_[e])) {
+            ++e;
+          } else {
+            entries_[e] = entries_[--end_[c]];
+          }
+        }
+      }
+    });
+  }
+
+ private:
+  std::vector<Index> end_;  // of what is left in each cell
 };
 
 // The same for points that come one by one.
@@ -85,13 +113,16 @@ class GrowingPointGrid {
     before_.push_back(last);
     last = static_cast<Index>(before_.size()) - 1;
   }
-  template <typename Visit>
-  void near(const Vec3& centre, double radius, Visit&& visit) const {
+  // Does test(point id) hold for any point in those cells?
+  template <typename Test>
+  [[nodiscard]] bool any_near(const Vec3& centre, double radius, Test&& test) const {
+    bool found = false;
     cells_.near(centre, radius, [&](std::size_t from, std::size_t to) {
-      for (std::size_t c = from; c <= to; ++c) {
-        for (Index i = last_[c]; i != kNone; i = before_[i]) visit(i);
+      for (std::size_t c = from; c <= to && !found; ++c) {
+        for (Index i = last_[c]; i != kNone && !found; i = before_[i]) found = test(i);
       }
     });
+    return found;
   }
 
  private:

@@ -102,6 +102,7 @@ std::vector<LeafSite> sample_overhang(const Model& model, const ScalarField& fie
     return a.face != b.face ? a.face < b.face : a.from < b.from;
   });
   std::vector<LeafSite> samples;
+  samples.reserve(static_cast<std::size_t>(1.2 * overhang.area_mm2 / (step_mm * step_mm)));
   auto edge = border.begin();
   for (const Index f : overhang.faces) {
     const auto& v = model.boundary[f].vertices;

@@ -29,6 +29,8 @@ class TriangleTree {
   };
   // First triangle that origin + t * direction meets for t in [t_min, t_max].
   [[nodiscard]] std::optional<Hit> first_hit(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const;
+  // The triangle that the line meets nearest to its origin, on either side, |t| <= t_max; of equal ones that at negative t.
+  [[nodiscard]] std::optional<Hit> nearest_hit(const Vec3& origin, const Vec3& direction, double t_max) const;
 
   // Calls visit(triangle) for every triangle whose bounding box meets [low, high]; ascending order is not promised.
   void overlapping(const Vec3& low, const Vec3& high, const std::function<void(Index)>& visit) const;
