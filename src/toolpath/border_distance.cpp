@@ -48,15 +48,14 @@ bool hides_kink(const Front& end, const Front& middle, const Vec3& whole) {
 
 BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) : mesh_(std::move(mesh)) {
   collect_border();
+  edges_ = make_edges(mesh_);
   std::vector<Index> changed;
   for (Index v = 0; v < static_cast<Index>(fronts_.size()); ++v) {
     if (fronts_[v].distance == 0.0) changed.push_back(v);
   }
   hand_on(std::move(changed));
-  edges_ = make_edges(mesh_);
   const std::size_t before = fronts_.size();
   if (refine(options)) {
-    edges_ = make_edges(mesh_);
     std::vector<Index> added(fronts_.size() - before);
     std::iota(added.begin(), added.end(), static_cast<Index>(before));
     hand_on(std::move(added));
@@ -196,19 +195,10 @@ void BorderDistance::take(Index vertex, const Front& front) {
 void BorderDistance::hand_on(std::vector<Index> changed) {
   const Index n = static_cast<Index>(mesh_.vertices.size());
   std::vector<Index> first(n + 1, 0);
-  const auto for_edges = [&](const auto& visit) {
-    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-      for (int i = 0; i < 3; ++i) {
-        if (mesh_.neighbours[t][i] == kNone || mesh_.neighbours[t][i] > static_cast<Index>(t)) {
-          visit(mesh_.triangles[t][i], mesh_.triangles[t][next3(i)]);
-        }
-      }
-    }
-  };
-  for_edges([&](Index a, Index b) { ++first[a + 1], ++first[b + 1]; });
+  for (const Edge& e : edges_.edges) ++first[e.from + 1], ++first[e.to + 1];
   for (Index v = 0; v < n; ++v) first[v + 1] += first[v];
   std::vector<Index> around(first[n]), fill(first.begin(), first.end() - 1);
-  for_edges([&](Index a, Index b) { around[fill[a]++] = b, around[fill[b]++] = a; });
+  for (const Edge& e : edges_.edges) around[fill[e.from]++] = e.to, around[fill[e.to]++] = e.from;
 
   const auto gains = [&](Index w, Index edge) {
     Front& held = fronts_[w];
@@ -330,7 +320,6 @@ bool BorderDistance::refine(const DistanceOptions& options) {
     int generation = 0;
     Index middle = kUnknown;
     Index first_half = kNone;  // from `from`; the other one, to `to`, comes next
-    std::array<Index, 2> triangles = {kNone, kNone};
   };
   struct Part {
     std::array<Index, 3> corners, edges;
@@ -340,7 +329,7 @@ bool BorderDistance::refine(const DistanceOptions& options) {
   for (const Edge& e : edges_.edges) edges.push_back({.from = e.from, .to = e.to, .middle = e.right == kNone ? kNone : kUnknown});
   const std::size_t before = mesh_.vertices.size();
   const auto middle_of = [&](Index e) {
-    const auto [from, to, generation, known, first_half, beside] = edges[e];
+    const auto [from, to, generation, known, first_half] = edges[e];
     if (known != kUnknown) return known;
     const Index middle = generation < kMostCuts ? cut_edge(from, to, options) : kNone;
     edges[e].middle = middle;
@@ -415,16 +404,27 @@ bool BorderDistance::refine(const DistanceOptions& options) {
     }
   }
   if (mesh_.vertices.size() == before) return false;
+  edges_.edges.clear();
+  std::vector<Index> number(edges.size(), kNone);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    if (edges[e].middle != kNone) continue;
+    number[e] = static_cast<Index>(edges_.edges.size());
+    edges_.edges.push_back({.from = edges[e].from, .to = edges[e].to});
+  }
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (const Index e : edges_of[t]) edges[e].triangles[edges[e].triangles[0] == kNone ? 0 : 1] = static_cast<Index>(t);
+    for (int i = 0; i < 3; ++i) {
+      Edge& edge = edges_.edges[edges_of[t][i] = number[edges_of[t][i]]];
+      (edge.from == triangles[t][i] ? edge.left : edge.right) = static_cast<Index>(t);
+    }
   }
   mesh_.neighbours.resize(triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (int i = 0; i < 3; ++i) {
-      const auto& [one, other] = edges[edges_of[t][i]].triangles;
-      mesh_.neighbours[t][i] = one == static_cast<Index>(t) ? other : one;
+      const Edge& edge = edges_.edges[edges_of[t][i]];
+      mesh_.neighbours[t][i] = edge.left == static_cast<Index>(t) ? edge.right : edge.left;
     }
   }
+  edges_.of_triangle = std::move(edges_of);
   mesh_.triangles = std::move(triangles);
   mesh_.thickness = std::move(thickness);
   mesh_.rise = std::move(rise);

@@ -279,18 +279,28 @@ void Ridge::hand_down() {
     const double now = slack(node, mesh.vertices[vertex], here);
     if (held == kNone || now < slack(held, mesh.vertices[vertex], here)) held = node;
   };
-  // Downhill along the edges, highest end first.
+  // Downhill along the edges, highest vertex first.
+  const Index n = static_cast<Index>(mesh.vertices.size());
+  const auto upper_first = [&](const Edge& e) {
+    return distance_.distance(e.from) < distance_.distance(e.to) ? std::pair(e.to, e.from) : std::pair(e.from, e.to);
+  };
+  std::vector<Index> first(n + 1, 0);
+  for (const Edge& e : edges) ++first[upper_first(e).first + 1];
+  for (Index v = 0; v < n; ++v) first[v + 1] += first[v];
+  std::vector<Index> below(first[n]), fill(first.begin(), first.end() - 1);
+  for (const Edge& e : edges) {
+    const auto [up, down] = upper_first(e);
+    below[fill[up]++] = down;
+  }
   std::vector<std::pair<double, Index>> order;
-  order.reserve(edges.size());
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    if (edges[e].right == kNone) continue;  // no end is higher
-    order.push_back({-std::max(distance_.distance(edges[e].from), distance_.distance(edges[e].to)), static_cast<Index>(e)});
+  order.reserve(n);
+  for (Index v = 0; v < n; ++v) {
+    if (first[v] < first[v + 1]) order.push_back({-distance_.distance(v), v});
   }
   std::sort(order.begin(), order.end());
-  for (const auto& [height, e] : order) {
-    Index up = edges[e].from, down = edges[e].to;
-    if (distance_.distance(up) < distance_.distance(down)) std::swap(up, down);
-    if (node_of_vertex_[up] != kNone) offer(down, node_of_vertex_[up]);
+  for (const auto& [height, up] : order) {
+    if (node_of_vertex_[up] == kNone) continue;
+    for (Index k = first[up]; k < first[up + 1]; ++k) offer(below[k], node_of_vertex_[up]);
   }
 }
 
