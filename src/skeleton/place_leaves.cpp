@@ -152,11 +152,12 @@ class Lattice {
   Lattice(const Model& model, const ScalarField& field, const Overhang& overhang, double step)
       : model_(model), field_(field), overhang_(overhang), step_(step), tree_(faces(model, overhang)) {}
 
-  // The six places around a leaf; `along` points to the first of them.
+  // The six places around a leaf; `along` points to the first of them. Not the one behind if that is where it came from.
   template <typename Emit>
-  void neighbours(const LeafSite& leaf, const Vec3& along, Emit&& emit) const {
+  void neighbours(const LeafSite& leaf, const Vec3& along, bool first, Emit&& emit) const {
     const Vec3 across = leaf.direction.cross(along);
     for (int k = 0; k < 6; ++k) {
+      if (k == 3 && !first) continue;
       const double angle = k * std::numbers::pi / 3.0;
       const Vec3 way = std::cos(angle) * along + std::sin(angle) * across;
       if (const auto site = below_or_above(leaf.position + step_ * way, leaf.direction)) emit(*site, way);
@@ -297,7 +298,7 @@ std::vector<LeafSite> place_leaves(const Model& model, const ScalarField& field,
     add(samples[s], across(samples[s].direction, any_side(samples[s].direction)));
     for (std::size_t i = 0; i < front.size(); ++i) {
       const auto [leaf, along] = front[i];
-      lattice.neighbours(leaf, along, [&](const LeafSite& site, const Vec3& way) {
+      lattice.neighbours(leaf, along, i == 0, [&](const LeafSite& site, const Vec3& way) {
         if (!elbow_room.crowded(site)) add(site, across(site.direction, way));
       });
     }
