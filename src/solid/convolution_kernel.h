@@ -64,7 +64,7 @@ inline double ConvolutionSolid::Kernel::at(const Vec3& p, double scale) const {
 }
 
 inline bool ConvolutionSolid::Kernel::reaches(const Vec3& centre, double radius) const {
-  const double limit = reach + radius + kBoundSlack;
+  const double limit = reach + (1.0 + kBoundSlack) * radius + kBoundSlack;
   return from_strut(centre).squaredNorm() < limit * limit;
 }
 

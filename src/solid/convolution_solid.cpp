@@ -20,9 +20,10 @@ namespace {
 constexpr double kStraight = 0.02;    // radii: how far a joined node may lie off its strut
 constexpr double kConeEdge_mm = 0.4;  // over which a cone fades
 constexpr double kNoCone = std::numeric_limits<double>::infinity();
+constexpr double kExtentSlack_mm = 1e-3;  // more than floats round
 constexpr double kMaxCells = 4e6;
 // Cell sizes and margins in mm: the first grid serves value(), the others bounds() of balls up to their margin.
-constexpr double kGrids[][2] = {{1.5, 0.0}, {2.5, 2.5}, {5.0, 5.0}, {24.0, 16.0}};
+constexpr double kGrids[][2] = {{1.5, 0.0}, {3.0, 3.5}, {5.0, 5.0}, {24.0, 16.0}};
 
 void check_options(const ConvolutionOptions& options) {
   const double kappa = options.kernel_ratio;
@@ -337,6 +338,19 @@ double ConvolutionSolid::thin_reach(Index strut) const {
 std::span<const Index> ConvolutionSolid::near(const Vec3& centre, double radius) const {
   const auto grid = std::find_if(grids_.begin(), grids_.end(), [&](const Grid& g) { return g.margin >= radius; });
   return grid == grids_.end() ? std::span<const Index>(all_) : grid->near(centre);
+}
+
+void ConvolutionSolid::find_parts(const Vec3& centre, double radius, std::vector<Index>& parts) const {
+  parts.clear();
+  for (const Index s : near(centre, radius)) {
+    if (kernels_[s].reaches(centre, radius)) parts.push_back(s);
+  }
+}
+
+Extent ConvolutionSolid::extent(Index part, const Vec3& up) const {
+  const Kernel& k = kernels_[part];
+  const double start = up.dot(k.a), end = start + k.length * up.dot(k.direction), reach = k.reach + kExtentSlack_mm;
+  return {static_cast<float>(std::min(start, end) - reach), static_cast<float>(std::max(start, end) + reach)};
 }
 
 std::unique_ptr<LocalSolid> ConvolutionSolid::local() const { return std::make_unique<Local>(*this); }

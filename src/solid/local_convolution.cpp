@@ -65,15 +65,22 @@ __attribute__((target_clones("avx2", "default"), optimize("O3"))) void most_in_b
 
 }  // namespace
 
-void ConvolutionSolid::Local::focus(const Vec3& centre, double radius, const Neighbourhood& around) {
-  LocalSolid::focus(centre, radius, around);
-  near_.clear();
-  for (const Index s : std::isinf(around.radius) ? solid_.near(centre, radius) : around.parts) {
-    if (solid_.kernels_[s].reaches(centre, (1.0 + kRounding) * radius)) near_.push_back(s);
+void ConvolutionSolid::Local::focus(const Vec3& centre, double radius, const Neighbourhood& around, double half_height) {
+  LocalSolid::focus(centre, radius, around, half_height);
+  if (std::isinf(around.radius)) {
+    solid_.find_parts(centre, radius, near_);
+  } else {
+    near_.clear();
+    const double height = around.up.dot(centre);
+    const float low = static_cast<float>(height - half_height), high = static_cast<float>(height + half_height);
+    for (std::size_t i = 0; i < around.parts.size(); ++i) {
+      if (!around.extents.empty() && (around.extents[i].low > high || around.extents[i].high < low)) continue;
+      if (solid_.kernels_[around.parts[i]].reaches(centre, radius)) near_.push_back(around.parts[i]);
+    }
   }
   without_cone_ = std::lower_bound(near_.begin(), near_.end(), solid_.first_cone_) - near_.begin();
   rows_ = (without_cone_ + kLanes - 1) / kLanes * kLanes;
-  table_.assign(rows_ * kColumns, 0.0);  // a kernel without reach adds nothing
+  table_.resize(rows_ * kColumns);
   most_.resize(rows_);
   for (std::size_t i = 0; i < without_cone_; ++i) {
     const Kernel& k = solid_.kernels_[near_[i]];
@@ -81,6 +88,9 @@ void ConvolutionSolid::Local::focus(const Vec3& centre, double radius, const Nei
     const std::array<double, kColumns> row = {k.a.x(), k.a.y(), k.a.z(), k.direction.x(), k.direction.y(),
                                                  k.direction.z(), k.length, reach2, 1.0 / reach2};
     for (int c = 0; c < kColumns; ++c) table_[c * rows_ + i] = row[c];
+  }
+  for (std::size_t i = without_cone_; i < rows_; ++i) {
+    for (int c = 0; c < kColumns; ++c) table_[c * rows_ + i] = 0.0;  // a kernel without reach adds nothing
   }
 }
 

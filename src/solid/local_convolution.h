@@ -14,8 +14,7 @@ class ConvolutionSolid::Local : public LocalSolid {
   explicit Local(const ConvolutionSolid& solid) : LocalSolid(solid), solid_(solid) {}
 
   using LocalSolid::focus;
-  void focus(const Vec3& centre, double radius, const Neighbourhood& around) override;
-  [[nodiscard]] std::span<const Index> parts() const override { return near_; }
+  void focus(const Vec3& centre, double radius, const Neighbourhood& around, double half_height) override;
   [[nodiscard]] double value(const Vec3& p) override;
   [[nodiscard]] bool surely_outside(const Vec3& centre, double radius) override;
   [[nodiscard]] bool surely_inside(const Vec3& centre, double radius) const override;

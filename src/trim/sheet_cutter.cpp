@@ -194,9 +194,13 @@ void SheetCutter::add_polygon(std::span<const Index> corners, Index tet, const N
     }
     if (i >= 2) area += triangle_area(vertices_[corners[0]], vertices_[corners[i - 1]], vertices_[corners[i]]);
   }
-  for (const Index v : corners) radius2 = std::max(radius2, (vertices_[v] - centre).squaredNorm());
+  double half_height = 0.0;
+  for (const Index v : corners) {
+    radius2 = std::max(radius2, (vertices_[v] - centre).squaredNorm());
+    half_height = std::max(half_height, std::abs(around.up.dot(vertices_[v] - centre)));
+  }
   const double radius = std::sqrt(radius2);
-  solid_->focus(centre, radius, around);
+  solid_->focus(centre, radius, around, half_height);
   const auto keep_whole = [&] {
     for (std::size_t i = 2; i < corners.size(); ++i) keep({corners[0], corners[i - 1], corners[i]}, tet);
   };

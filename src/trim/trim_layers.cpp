@@ -359,7 +359,7 @@ double usual_max_height(const TrimOptions& options, const TrimReport& report) {
 TrimResult trim_layers(const Domain& domain, const ScalarField& field, const LayerStack& untrimmed, const Solid& solid,
                        const TrimOptions& options, const RunContext& run) {
   check_options(options);
-  const ReachableTets reachable(domain, solid, run);
+  const ReachableTets reachable(domain, field, solid, run);
   std::vector<const Sheet*> support_sheets;
   for (const Sheet& sheet : untrimmed.sheets) {
     if (sheet.material == Material::support) support_sheets.push_back(&sheet);

@@ -69,6 +69,9 @@ class ConvolutionSolid : public Solid {
   [[nodiscard]] bool surely_inside(const Vec3& centre, double radius) const override;
   // The smallest strut radius among the kernels that reach into the ball.
   [[nodiscard]] double thinnest_radius(const Vec3& centre, double radius, double enough) const override;
+  // A part is the number of a kernel.
+  void find_parts(const Vec3& centre, double radius, std::vector<Index>& parts) const override;
+  [[nodiscard]] Extent extent(Index part, const Vec3& up) const override;
   [[nodiscard]] std::unique_ptr<LocalSolid> local() const override;
 
   // The same function by a loop over all struts.
