@@ -10,8 +10,6 @@ namespace curvesup {
 
 namespace {
 
-// The border gives way by and by, so that its vertices end up about evenly dense.
-constexpr std::array<double, 2> kBorderSweeps = {0.5, 1.0};
 constexpr int kRounds = 3;
 // A line along which a border vertex goes runs at no smaller slant to the border, as a sine.
 constexpr double kSlant = 0.2;
@@ -61,12 +59,8 @@ class Coarsener {
   }
 
   void run() {
-    for (const double part : kBorderSweeps) {
-      std::fill(open_.begin(), open_.end(), 1);
-      sweep_border(part * options_.border_mm);
-    }
+    sweep_border();
     sweep_inside();
-    sweep_border(options_.border_mm);
     remove_dead_triangles();
   }
 
@@ -222,13 +216,13 @@ class Coarsener {
   }
 
   // Looks at the vertices whose surroundings have changed since they were looked at.
-  void sweep_border(double tolerance_mm) {
+  void sweep_border() {
     for (int round = 0; round < kRounds; ++round) {
       bool any = false;
       for (Index v = 0; v < static_cast<Index>(at_.size()); ++v) {
         if (!open_[v] || rings_[v].count == 0 || next_[v] == kNone || previous_[v] == kNone) continue;
         open_[v] = 0;
-        any = merge_on_border(v, next_[v], tolerance_mm) || any;
+        any = merge_on_border(v, next_[v]) || any;
       }
       if (!any) return;
     }
@@ -306,13 +300,12 @@ class Coarsener {
     return count;
   }
 
-  bool merge_on_border(Index v, Index u, double tolerance_mm) {
+  bool merge_on_border(Index v, Index u) {
     const Index p = previous_[v], n = next_[u];
     if (p == kNone || n == kNone || p == n || p == u) return false;
     if (next_[p] != v || previous_[n] != u || loop_of_[p] != loop_of_[n]) return false;  // where borders touch
     const Freedom free_v = freedom_[v], free_u = freedom_[u];
     if (free_v == Freedom::fixed && free_u == Freedom::fixed) return false;
-    tolerance2_ = tolerance_mm * tolerance_mm;
     const Vec3 &a = at_[p], &b = at_[v], &c = at_[u], chord = at_[n] - a;
     const bool in_plane = free_v == Freedom::plane && free_u == Freedom::plane;
     const Vec3 normal = in_plane ? planes_[planes_of_[v][0]].normal : mean_normal(v, u), across = chord.cross(normal);
@@ -378,12 +371,12 @@ class Coarsener {
     const Index first = place_[p], last = place_[n] > first ? place_[n] : place_[n] + loop.count;
     const Segment to_x(at_[p], x), from_x(x, at_[n]);
     for (Index i = first + 1; i < last; ++i) {
-      if (!to_x.within(point(i), tolerance2_) && !from_x.within(point(i), tolerance2_)) return false;
+      if (!to_x.within(point(i), border2_) && !from_x.within(point(i), border2_)) return false;
     }
     double nearest = std::numeric_limits<double>::infinity();
     bool beside = false;
     for (Index i = first; i < last; ++i) {
-      beside = beside || Segment(point(i), point(i + 1)).within(x, tolerance2_);
+      beside = beside || Segment(point(i), point(i + 1)).within(x, border2_);
       const double distance = (point(i) - x).squaredNorm();
       if (i == first || distance >= nearest) continue;
       nearest = distance;
@@ -531,6 +524,7 @@ class Coarsener {
 
   TrimmedSheet& sheet_;
   const CoarsenOptions options_;
+  const double border2_ = options_.border_mm * options_.border_mm;
   std::vector<Vec3>& at_;
   std::vector<std::array<Index, 3>>& corners_;  // kNone: gone
   std::vector<Plane> planes_;
@@ -548,7 +542,6 @@ class Coarsener {
   std::vector<std::array<Index, 2>> planes_of_;
   std::vector<Vec3> along_;
   Index now_ = 0;
-  double tolerance2_ = 0.0;
   double least_height_ = 0.0, error_after_ = 0.0, change_ = 0.0;  // of the last pair that was looked at
   double drift_ = 0.0, most_drift_ = 0.0;                         // twice the volume that has come up to now, and may
 };
