@@ -58,23 +58,16 @@ class Coarsener {
     }
   }
 
-  void run() {
+  CoarsenReport run() {
     sweep_border();
     sweep_inside();
     remove_dead_triangles();
-  }
-
-  // Sums of area and of volume.
-  [[nodiscard]] std::pair<double, double> measure() const {
-    double area = 0.0, volume = 0.0;
     for (std::size_t t = 0; t < corners_.size(); ++t) {
-      const auto& [a, b, c] = corners_[t];
-      if (a == kNone) continue;
-      const double part = triangle_area(at_[a], at_[b], at_[c]);
-      area += part;
-      volume += part * planes_[plane_of_[t]].thickness;
+      const double area = sheet_.area(t);
+      report_.area_after_mm2 += area;
+      report_.volume_after += area * planes_[plane_of_[t]].thickness;
     }
-    return {area, volume};
+    return report_;
   }
 
  private:
@@ -107,11 +100,13 @@ class Coarsener {
       }
       const auto& [a, b, c] = corners_[t];
       const double weight = triangle_area(at_[a], at_[b], at_[c]) + std::numeric_limits<double>::min();
+      report_.area_before_mm2 += weight;
+      report_.volume_before += weight * plane.thickness;
       area[p] += weight;
-      most_drift_ += 2.0 * options_.volume * weight * plane.thickness;
       plane.offset += weight / 3.0 * plane.normal.dot(at_[a] + at_[b] + at_[c]);
     }
     for (std::size_t p = 0; p < planes_.size(); ++p) planes_[p].offset /= area[p];
+    most_drift_ = 2.0 * options_.volume * report_.volume_before;
   }
 
   void find_rings() {
@@ -525,6 +520,7 @@ class Coarsener {
   TrimmedSheet& sheet_;
   const CoarsenOptions options_;
   const double border2_ = options_.border_mm * options_.border_mm;
+  CoarsenReport report_;
   std::vector<Vec3>& at_;
   std::vector<std::array<Index, 3>>& corners_;  // kNone: gone
   std::vector<Plane> planes_;
@@ -549,13 +545,8 @@ class Coarsener {
 }  // namespace
 
 CoarsenReport coarsen(TrimmedSheet& sheet, std::span<const Vec3> gradient, const CoarsenOptions& options) {
-  CoarsenReport report;
-  if (sheet.triangles.empty()) return report;
-  Coarsener coarsener(sheet, gradient, options);
-  std::tie(report.area_before_mm2, report.volume_before) = coarsener.measure();
-  coarsener.run();
-  std::tie(report.area_after_mm2, report.volume_after) = coarsener.measure();
-  return report;
+  if (sheet.triangles.empty()) return {};
+  return Coarsener(sheet, gradient, options).run();
 }
 
 }  // namespace curvesup

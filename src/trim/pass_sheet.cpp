@@ -138,7 +138,7 @@ void PassSheet::add_clipped(const std::array<Index, 4>& ring, int size, Index te
     if ((z(a) > 0.0 && z(b) < 0.0) || (z(a) < 0.0 && z(b) > 0.0)) kept[count++] = platform_cut(a, b);
   }
   if (!above) return;
-  const Neighbourhood around = reachable_.around(tet);
+  const Neighbourhood& around = reachable_.around(tet);
   if (count == 4) return cutter_.add_polygon({kept.data(), 4}, tet, around);
   for (int c = 2; c < count; ++c) cutter_.add_polygon(std::array{kept[0], kept[c - 1], kept[c]}, tet, around);
 }

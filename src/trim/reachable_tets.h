@@ -15,20 +15,24 @@ class ReachableTets {
  public:
   ReachableTets(const Domain& domain, const ScalarField& field, const Solid& solid, const RunContext& run);
 
-  [[nodiscard]] bool operator[](Index tet) const { return count_[tet - domain_.model_tets] != kNone; }
-  // Of a tet that is reachable.
-  [[nodiscard]] Neighbourhood around(Index tet) const;
+  [[nodiscard]] bool operator[](Index tet) const { return number_[tet - first_tet_] != kNone; }
+  // Of a tet that is reachable; `up` is along grad G.
+  [[nodiscard]] const Neighbourhood& around(Index tet) const {
+    const std::size_t t = tet - first_tet_;
+    return chunks_[t / kChunk].around[number_[t]];
+  }
 
  private:
   static constexpr std::size_t kChunk = 4096;  // tets
-  [[nodiscard]] Neighbourhood ball_around(Index tet) const;
-  void find_parts(const Solid& solid, Index tet, const Neighbourhood& ball, std::vector<Index>& parts) const;
+  struct Chunk {
+    std::vector<Neighbourhood> around;  // reachable tets
+    std::vector<Index> parts;
+    std::vector<Extent> extents;
+  };
 
-  const Domain& domain_;
-  const ScalarField& field_;
-  std::vector<Index> first_, count_;        // per support tet: its parts in the lists of its chunk; kNone: out of reach
-  std::vector<std::vector<Index>> parts_;   // per chunk
-  std::vector<std::vector<Extent>> extents_;  // along grad G
+  Index first_tet_;
+  std::vector<Index> number_;  // per support tet, in its chunk; kNone: out of reach
+  std::vector<Chunk> chunks_;
 };
 
 }  // namespace curvesup
