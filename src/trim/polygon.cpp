@@ -122,64 +122,79 @@ void bridge(std::span<const Vec2> points, const std::vector<Loop>& holes, const 
 class EarClipper {
  public:
   EarClipper(std::span<const Vec2> points, const Loop& loop, std::vector<std::array<Index, 3>>& triangles)
-      : points_(points), loop_(loop), triangles_(triangles), next_(loop.size()), previous_(loop.size()), score_(loop.size()) {
+      : points_(points), loop_(loop), triangles_(triangles), places_(loop.size()) {
     for (std::size_t i = 0; i < loop.size(); ++i) {
-      next_[i] = (i + 1) % loop.size();
-      previous_[i] = (i + loop.size() - 1) % loop.size();
+      places_[i].next = (i + 1) % loop.size();
+      places_[i].previous = (i + loop.size() - 1) % loop.size();
     }
+    for (std::size_t i = 0; i < loop.size(); ++i) find_corner(i);
   }
 
   void run() {
     std::size_t left = loop_.size(), any = 0;
     const auto score_all = [&] {
       std::size_t i = any;
-      do score_[i] = score(i), i = next_[i];
+      do places_[i].score = score(i), i = next(i);
       while (i != any);
     };
     if (left > 3) score_all();
     while (left > 3) {
       std::size_t ear = best(any);
-      if (score_[ear] <= 0.0) {  // what blocked an ear may be gone by now
+      if (places_[ear].score <= 0.0) {  // what blocked an ear may be gone by now
         score_all();
         ear = best(any);
       }
       clip(ear);
-      any = next_[ear];
+      any = next(ear);
       --left;
-      score_[previous_[ear]] = score(previous_[ear]);
-      score_[any] = score(any);
+      for (const std::size_t i : {previous(ear), any}) find_corner(i);
+      for (const std::size_t i : {previous(ear), any}) places_[i].score = score(i);
     }
-    if (left == 3) triangles_.push_back({loop_[previous_[any]], loop_[any], loop_[next_[any]]});
+    if (left == 3) triangles_.push_back({loop_[previous(any)], loop_[any], loop_[next(any)]});
   }
 
  private:
+  // Of the loop that is left.
+  struct Place {
+    std::size_t next = 0, previous = 0;
+    double twice_area = 0.0;  // of the corner there
+    double score = 0.0;
+  };
+
   [[nodiscard]] const Vec2& at(std::size_t place) const { return points_[loop_[place]]; }
+  [[nodiscard]] std::size_t next(std::size_t place) const { return places_[place].next; }
+  [[nodiscard]] std::size_t previous(std::size_t place) const { return places_[place].previous; }
+
+  void find_corner(std::size_t place) {
+    places_[place].twice_area = twice_area(at(previous(place)), at(place), at(next(place)));
+  }
 
   [[nodiscard]] std::size_t best(std::size_t any) const {
     std::size_t ear = any;
-    for (std::size_t i = next_[any]; i != any; i = next_[i]) {
-      if (score_[i] > score_[ear]) ear = i;
+    for (std::size_t i = next(any); i != any; i = next(i)) {
+      if (places_[i].score > places_[ear].score) ear = i;
     }
     return ear;
   }
 
   void clip(std::size_t ear) {
-    triangles_.push_back({loop_[previous_[ear]], loop_[ear], loop_[next_[ear]]});
-    next_[previous_[ear]] = next_[ear];
-    previous_[next_[ear]] = previous_[ear];
+    triangles_.push_back({loop_[previous(ear)], loop_[ear], loop_[next(ear)]});
+    places_[previous(ear)].next = next(ear);
+    places_[next(ear)].previous = previous(ear);
   }
 
   // Shape of the ear at a place, 1 for an equilateral triangle; 0 or less: no ear, the more so the more it is turned over.
   static constexpr double kBlocked = -2.0;  // another point lies in it
   static constexpr double kSpike = 2.0;     // there and back again: goes first
   [[nodiscard]] double score(std::size_t place) const {
-    const Vec2 &a = at(previous_[place]), &b = at(place), &c = at(next_[place]);
+    const Vec2 &a = at(previous(place)), &b = at(place), &c = at(next(place));
     if (a == c) return kSpike;
-    const double area = twice_area(a, b, c);
+    const double area = places_[place].twice_area;
     const double sides = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
     const double shape = sides > 0.0 ? 2.0 * std::sqrt(3.0) * area / sides : 0.0;
     if (area <= 0.0) return shape;
-    for (std::size_t i = next_[next_[place]]; i != previous_[place]; i = next_[i]) {
+    for (std::size_t i = next(next(place)); i != previous(place); i = next(i)) {
+      if (places_[i].twice_area > 0.0) continue;  // where one like that lies in the ear, so does one that is turned over
       const Vec2& p = at(i);
       if (twice_area(a, b, p) < 0.0 || twice_area(b, c, p) < 0.0 || twice_area(c, a, p) < 0.0) continue;
       if (p != a && p != b && p != c) return kBlocked;
@@ -190,8 +205,7 @@ class EarClipper {
   std::span<const Vec2> points_;
   const Loop& loop_;
   std::vector<std::array<Index, 3>>& triangles_;
-  std::vector<std::size_t> next_, previous_;
-  std::vector<double> score_;
+  std::vector<Place> places_;
 };
 
 }  // namespace
@@ -235,8 +249,13 @@ void simplify_loop(std::span<const Vec2> points, const std::vector<char>& fixed,
   loop.resize(kept);
 }
 
-std::vector<std::array<Index, 3>> triangulate_loops(std::span<const Vec2> points, std::vector<Loop> loops) {
+std::vector<std::array<Index, 3>> triangulate_loops(std::span<const Vec2> points, const std::vector<Loop>& all) {
   std::vector<std::array<Index, 3>> triangles;
+  if (all.size() == 1 && all[0].size() >= 3 && loop_area(points, all[0]) >= 0.0) {
+    EarClipper(points, all[0], triangles).run();
+    return triangles;
+  }
+  std::vector<Loop> loops = all;
   const auto first_hole = std::stable_partition(loops.begin(), loops.end(),
                                                 [&](const Loop& loop) { return loop_area(points, loop) >= 0.0; });
   std::vector<Loop> holes(std::make_move_iterator(first_hole), std::make_move_iterator(loops.end()));

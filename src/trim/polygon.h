@@ -25,6 +25,6 @@ void simplify_loop(std::span<const Vec2> points, const std::vector<char>& fixed,
 // Triangles that fill the region of the loops, counter-clockwise, well shaped ones preferred (ear clipping, holes joined to
 // their outer loop by bridges). Every point of a loop is a corner. Where loops touch or cross by rounding, triangles
 // without area make up for it. O(n^2) for n points.
-[[nodiscard]] std::vector<std::array<Index, 3>> triangulate_loops(std::span<const Vec2> points, std::vector<Loop> loops);
+[[nodiscard]] std::vector<std::array<Index, 3>> triangulate_loops(std::span<const Vec2> points, const std::vector<Loop>& all);
 
 }  // namespace curvesup

@@ -407,10 +407,18 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
   result.stack = assemble(untrimmed, std::move(printed_sheets));
   report.triangles = static_cast<Index>(result.stack.triangles.size());
 
-  const Heights printed = heights(result.stack, field, Material::support);
-  report.untrimmed_volume_mm3 = {model.volume, heights(untrimmed, field, Material::support).volume};
-  report.printed_volume_mm3 = {heights(result.stack, field, Material::model).volume, printed.volume};
-  const Quantiles height = quantiles(printed.samples);
+  std::array<Heights, kMaterialCount> printed;
+  Heights untrimmed_support;
+  parallel_for(kMaterialCount + 1, 1, run, [&](std::size_t begin, std::size_t, std::size_t) {
+    if (begin == kMaterialCount) {
+      untrimmed_support = heights(untrimmed, field, Material::support);
+    } else {
+      printed[begin] = heights(result.stack, field, static_cast<Material>(begin));
+    }
+  });
+  report.untrimmed_volume_mm3 = {model.volume, untrimmed_support.volume};
+  for (int m = 0; m < kMaterialCount; ++m) report.printed_volume_mm3[m] = printed[m].volume;
+  const Quantiles height = quantiles(std::move(printed[static_cast<int>(Material::support)].samples));
   report.support_height_min_mm = height.min;
   report.support_height_p50_mm = height.p50;
   report.support_height_p99_mm = height.p99;

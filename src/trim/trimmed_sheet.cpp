@@ -88,6 +88,7 @@ void find_pieces(TrimmedSheet& sheet, const ScalarField& field, int layer_count)
 }
 
 void keep_pieces(TrimmedSheet& sheet, const std::vector<char>& keep) {
+  if (std::find(keep.begin(), keep.end(), 0) == keep.end()) return;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < sheet.triangles.size(); ++i) {
     if (!keep[sheet.triangle_piece[i]]) continue;
