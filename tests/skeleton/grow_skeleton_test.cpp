@@ -111,6 +111,21 @@ TEST(TurnTowards, IsAnExactRotation) {
   EXPECT_NEAR(turn_towards(Vec3::UnitZ(), -Vec3::UnitZ(), 0.3).z(), std::cos(0.3), 1e-14);
 }
 
+TEST(AngleLimit, HoldsAsTheAngleItselfTells) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  const AngleLimit limit(0.7);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 a = Vec3(normal(random), normal(random), normal(random)).normalized();
+    const Vec3 b = Vec3(normal(random), normal(random), normal(random)).normalized();
+    EXPECT_EQ(limit.holds(a, b), angle_between(a, b) <= 0.7);
+    EXPECT_TRUE(limit.holds(a, limit.turn(a, b))) << "up to rounding";
+    if (limit.holds(a, b)) continue;
+    EXPECT_FALSE(limit.holds(a, turn_towards(a, b, 0.7 + 1e-8)));
+    EXPECT_TRUE(limit.holds(a, turn_towards(a, b, 0.7 - 1e-8)));
+  }
+}
+
 TEST(PlaceLeaves, EveryOverhangPointHasALeafNearby) {
   const SupportDomain d = floating_slab(Vec3(0.01, 0, 0.05));
   const double spacing = 1.2;
@@ -157,6 +172,28 @@ TEST(PlaceLeaves, SpacingZeroIsEveryOverhangVertex) {
   const auto leaves = place_leaves(d.model, d.field, d.overhang, 0.0);
   ASSERT_EQ(leaves.size(), d.overhang.vertices.size());
   for (std::size_t i = 0; i < leaves.size(); ++i) EXPECT_EQ(leaves[i].vertex, d.overhang.vertices[i]);
+}
+
+// A point or an edge that hangs down touches no overhang face; the overhang names its vertices.
+TEST(GrowSkeleton, MinimaGetALeafEach) {
+  const Vec3 slope(0.012, -0.006, 0.05);
+  SupportDomain d = floating_slab(slope);
+  const Overhang whole = d.overhang;
+  d.overhang = {};
+  for (const std::size_t i : {0, 20, 40}) {
+    d.overhang.minima.push_back(whole.vertices[i]);
+    d.overhang.minimum_direction.push_back(-slope.normalized());
+  }
+  const SkeletonResult r = grow(d, {.merge_radius_mm = 0.1});
+  expect_all_checks(r.report);
+  ASSERT_EQ(r.report.leaves, 3);
+  EXPECT_EQ(r.report.points_added, 0);
+  EXPECT_EQ(r.report.platform_ends, 3);
+  for (const Index v : d.overhang.minima) {
+    EXPECT_TRUE(std::any_of(r.skeleton.nodes.begin(), r.skeleton.nodes.end(), [&](const SkeletonNode& n) {
+      return n.kind == NodeKind::leaf && n.position == d.model.mesh.vertices[v];
+    }));
+  }
 }
 
 TEST(GrowSkeleton, SlabStandsOnThePlatform) {
@@ -245,6 +282,71 @@ TEST(GrowSkeleton, StandsOnTheModelBelowUnlessForbidden) {
   EXPECT_FALSE(forbidden.report.dropped.empty());
   EXPECT_EQ(forbidden.report.leaves + static_cast<Index>(forbidden.report.dropped.size()),
             allowed.report.leaves + static_cast<Index>(allowed.report.dropped.size()));
+}
+
+// A slab [8,16] x [4,8] x [16,18] over a bar of that width, up to z = 8.
+SupportDomain slab_over_bar(double width) {
+  return support_domain(
+      {0, 0, -2}, {24, 12, 20}, {48, 6, 11},
+      [=](const Vec3& c) {
+        return c.y() > 4 && c.y() < 8 && ((c.x() > 8 && c.x() < 16 && c.z() > 16 && c.z() < 18) ||
+                                          (c.x() > 12 - width / 2 && c.x() < 12 + width / 2 && c.z() > 6 && c.z() < 8));
+      },
+      [](const Vec3& p) { return p.z() / 20; });
+}
+
+TEST(GrowSkeleton, GoesRoundTheModelWhereThePlatformIsPreferred) {
+  const SupportDomain d = slab_over_bar(2.0);
+  const SkeletonResult allowed = grow(d, {.merge_radius_mm = 0.1});
+  const SkeletonResult preferred =
+      grow(d, {.merge_radius_mm = 0.1, .model_contact = ModelContact::prefer_platform});
+  expect_all_checks(allowed.report);
+  expect_all_checks(preferred.report);
+  EXPECT_GT(allowed.report.model_ends, 0);
+  EXPECT_LT(preferred.report.model_ends, allowed.report.model_ends);
+  EXPECT_EQ(preferred.report.leaves, allowed.report.leaves) << "none is given up";
+}
+
+TEST(GrowSkeleton, NothingStandsOnABarThatIsTooThin) {
+  const SkeletonOptions lone{.merge_radius_mm = 0.1};
+  EXPECT_GT(grow(slab_over_bar(2.0), lone).report.model_ends, 0);
+  EXPECT_EQ(grow(slab_over_bar(1.0), {.leaf_radius_mm = 2.0, .merge_radius_mm = 0.1}).report.model_ends, 0);
+}
+
+TEST(GrowSkeleton, AWallKeepsBranchesApart) {
+  const SupportDomain d = support_domain(
+      {0, 0, -1}, {15, 11, 12}, {15, 11, 13},
+      [](const Vec3& c) {
+        const bool cube = std::abs(c.y() - 5.5) < 0.1 && std::abs(c.z() - 10.5) < 0.1 &&
+                          (std::abs(c.x() - 5.5) < 0.1 || std::abs(c.x() - 9.5) < 0.1);
+        return cube || (std::abs(c.x() - 7.5) < 0.1 && c.z() > 0 && c.z() < 11);
+      },
+      [](const Vec3& p) { return p.z() / 20; });
+  const SkeletonResult r = grow(d, {.leaf_spacing_mm = 2.0});
+  expect_all_checks(r.report);
+  EXPECT_EQ(r.report.platform_ends, 2);
+  for (const SkeletonEdge& e : r.skeleton.edges) {
+    const Vec3 down = r.skeleton.nodes[e.lower].position - r.skeleton.nodes[e.upper].position;
+    EXPECT_LT(std::hypot(down.x(), down.y()), 1e-9) << "drawn to what it cannot see";
+  }
+}
+
+TEST(GrowSkeleton, HostsDropAlongTheNormalOrStraightDown) {
+  const Vec3 slope(0.012, -0.006, 0.05);  // 15 degrees from the vertical
+  const SupportDomain d = floating_slab(slope);
+  for (const HostDirection wanted : {HostDirection::normal, HostDirection::down}) {
+    const SkeletonResult r = grow(d, {.merge_radius_mm = 0.1, .host_direction = wanted});
+    expect_all_checks(r.report);
+    const Vec3 along = wanted == HostDirection::down ? Vec3(-Vec3::UnitZ()) : Vec3(-slope.normalized());
+    int hosts = 0;
+    for (const SkeletonEdge& e : r.skeleton.edges) {
+      if (r.skeleton.nodes[e.upper].kind == NodeKind::leaf) continue;
+      const Vec3 way = r.skeleton.nodes[e.lower].position - r.skeleton.nodes[e.upper].position;
+      EXPECT_LT(angle_between(way, along), 1e-6);
+      ++hosts;
+    }
+    EXPECT_GT(hosts, 500);
+  }
 }
 
 // A slab that reaches out from a post whose side x = 10 is a wall with n . d_p = rise; branches lead towards it.
