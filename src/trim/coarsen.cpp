@@ -344,7 +344,9 @@ class Coarsener {
     clean(v);
     clean(u);
     const Index stays = keep_u ? u : v, goes = keep_u ? v : u;
-    if (common_neighbours(v, u) != 1 || !can_move(goes, stays, x)) return false;
+    if (common_neighbours(v, u) != 1) return false;
+    const double off = off_planes(goes, stays, x);
+    if (off > options_.surface_mm || !can_move(goes, stays, x, around(goes), off)) return false;
     move(goes, stays, x);
     next_[p] = stays;
     previous_[stays] = p;
@@ -392,48 +394,68 @@ class Coarsener {
     return {area, longest2 > 0.0 ? area2 / longest2 : 0.0, area > 0.0 && area * area > 0.25 * area2};
   }
 
-  // Whether `goes` can be merged into `stays` at x, as far as their triangles are concerned. least_height_ becomes
-  // that of the triangles that they would have.
-  bool can_move(Index goes, Index stays, const Vec3& x) {
-    const bool moved = x != at_[stays];
-    double volume_before = 0.0, volume_after = 0.0, height_before = std::numeric_limits<double>::infinity(), height_after = height_before;
-    double off = 0.0, error = 0.0;
-    // Most that cannot move are held by the plane of one triangle.
-    const auto leaves_plane = [&](Index t) {
-      off = std::max(off, planes_[plane_of_[t]].distance(x));
-      return off > options_.surface_mm;
-    };
+  // How far x lies from the planes of the triangles of `goes` that stay; as soon as that is too far, at least how far.
+  [[nodiscard]] double off_planes(Index goes, Index stays, const Vec3& x) const {
+    double off = 0.0;
     for (const Index t : ring(goes)) {
-      if (!has(t, stays) && leaves_plane(t)) return false;
+      if (has(t, stays)) continue;
+      off = std::max(off, planes_[plane_of_[t]].distance(x));
+      if (off > options_.surface_mm) break;
     }
-    const auto look = [&](Index t, Index v, bool dies) {
+    return off;
+  }
+
+  // The triangles around a vertex as they are.
+  struct Around {
+    double volume = 0.0;  // twice
+    double height2 = std::numeric_limits<double>::infinity();
+    double error = 0.0;  // on the surface, the most at a corner
+  };
+  void add(Index t, Around& around) const {
+    const Plane& plane = planes_[plane_of_[t]];
+    const auto& [a, b, c] = corners_[t];
+    const Shape before = shape(at_[a], at_[b], at_[c], plane.normal);
+    around.volume += before.area * plane.thickness;
+    around.height2 = std::min(around.height2, before.height2);
+    around.error = std::max({around.error, surface_error_[a], surface_error_[b], surface_error_[c]});
+  }
+  [[nodiscard]] Around around(Index v) const {
+    Around around;
+    for (const Index t : ring(v)) add(t, around);
+    return around;
+  }
+
+  // Whether `goes` can be merged into `stays` at x, so far off the planes, as far as their triangles are concerned.
+  // least_height_ becomes that of the triangles that they would have.
+  bool can_move(Index goes, Index stays, const Vec3& x, Around before, double off) {
+    double volume = 0.0, height2 = std::numeric_limits<double>::infinity();
+    const auto stays_upright = [&](Index t, Index v) {
       const Plane& plane = planes_[plane_of_[t]];
       const auto& [a, b, c] = corners_[t];
-      const Shape before = shape(at_[a], at_[b], at_[c], plane.normal);
-      volume_before += before.area * plane.thickness;
-      height_before = std::min(height_before, before.height2);
-      error = std::max({error, surface_error_[a], surface_error_[b], surface_error_[c]});
-      if (dies) return true;
       const Shape after = shape(a == v ? x : at_[a], b == v ? x : at_[b], c == v ? x : at_[c], plane.normal);
-      volume_after += after.area * plane.thickness;
-      height_after = std::min(height_after, after.height2);
+      volume += after.area * plane.thickness;
+      height2 = std::min(height2, after.height2);
       return after.upright;
     };
     for (const Index t : ring(goes)) {
-      if (!look(t, goes, has(t, stays))) return false;
+      if (!has(t, stays) && !stays_upright(t, goes)) return false;
     }
-    if (moved) {
+    if (x != at_[stays]) {
+      off = std::max(off, off_planes(stays, goes, x));
+      if (off > options_.surface_mm) return false;
       for (const Index t : ring(stays)) {
-        if (!has(t, goes) && (leaves_plane(t) || !look(t, stays, false))) return false;
+        if (has(t, goes)) continue;
+        add(t, before);
+        if (!stays_upright(t, stays)) return false;
       }
     }
-    if (height_after < std::min(options_.height_mm * options_.height_mm, height_before)) return false;
-    change_ = volume_after - volume_before;
-    if (std::abs(change_) > options_.step_volume * volume_before + kSmallest) return false;
+    if (height2 < std::min(options_.height_mm * options_.height_mm, before.height2)) return false;
+    change_ = volume - before.volume;
+    if (std::abs(change_) > options_.step_volume * before.volume + kSmallest) return false;
     if (std::abs(drift_ + change_) > std::max(most_drift_, std::abs(drift_))) return false;
-    error_after_ = error + off;
+    error_after_ = before.error + off;
     if (error_after_ > 2.0 * options_.surface_mm) return false;
-    least_height_ = height_after;
+    least_height_ = height2;
     return true;
   }
 
@@ -467,6 +489,12 @@ class Coarsener {
     rings_[goes].count = 0;
   }
 
+  // One that lies near enough to the planes around a vertex.
+  struct Neighbour {
+    Index vertex;
+    double off;
+  };
+
   // Moves a vertex inside the sheet to the neighbour that leaves the best triangles.
   bool merge_inside(Index v) {
     clean(v);
@@ -477,20 +505,23 @@ class Coarsener {
       for (const Index w : corners_[t]) {
         if (stamp_[w] == now_) continue;
         stamp_[w] = now_;
-        neighbours_.push_back(w);
+        const double off = off_planes(v, w, at_[w]);  // most vertices are held by the plane of one triangle
+        if (off <= options_.surface_mm) neighbours_.push_back({w, off});
       }
     }
-    Index best = kNone;
+    if (neighbours_.empty()) return false;
+    const Around before = around(v);
+    Neighbour best{kNone, 0.0};
     double highest = 0.0;
-    for (const Index u : neighbours_) {
-      if (!can_move(v, u, at_[u]) || least_height_ <= highest) continue;
-      clean(u);
-      if (common_neighbours(v, u) != 2) continue;
+    for (const Neighbour& u : neighbours_) {
+      if (!can_move(v, u.vertex, at_[u.vertex], before, u.off) || least_height_ <= highest) continue;
+      clean(u.vertex);
+      if (common_neighbours(v, u.vertex) != 2) continue;
       highest = least_height_;
       best = u;
     }
-    if (best == kNone || !can_move(v, best, at_[best])) return false;
-    move(v, best, at_[best]);
+    if (best.vertex == kNone || !can_move(v, best.vertex, at_[best.vertex], before, best.off)) return false;
+    move(v, best.vertex, at_[best.vertex]);
     return true;
   }
 
@@ -533,7 +564,8 @@ class Coarsener {
   std::vector<Loop> loops_;
   std::vector<Index> loop_of_, place_;  // per border vertex: which of the points it stands for
   std::vector<double> surface_error_;
-  std::vector<Index> stamp_, neighbours_;
+  std::vector<Index> stamp_;
+  std::vector<Neighbour> neighbours_;
   std::vector<Freedom> freedom_;  // on the border
   std::vector<std::array<Index, 2>> planes_of_;
   std::vector<Vec3> along_;
