@@ -159,6 +159,8 @@ class SlabDivider {
         division.sheets.emplace_back(domain_, field_, reachable_, solid_, options_.edge_length_mm,
                                      make_level(middle_.head.layer, j, m, layer_count_));
       }
+      division.found.resize(division.sheets.size());
+      division.owner.resize(division.sheets.size());
     }
     return division;
   }
@@ -167,30 +169,34 @@ class SlabDivider {
   // the passes lies over or under. What one piece joins becomes one region.
   void identify(Division& division) {
     const PieceAt piece_at(middle_, options_.edge_length_mm);
-    division.found.clear();
-    division.owner.clear();
-    for (PassSheet& sheet : division.sheets) {
-      TrimmedSheet found;
-      std::vector<Index> owner;
+    for (std::size_t j = 0; j < division.sheets.size(); ++j) {
+      PassSheet& sheet = division.sheets[j];
+      TrimmedSheet& found = division.found[j];
+      std::vector<Index>& owner = division.owner[j];
       do {
         sheet.grow();
-        found = sheet.snapshot(layer_count_);
-        owner.assign(found.pieces.size(), kNone);
-        for (const Index i : sample_triangles(found)) {
-          const Index in = found.triangle_piece[i];
-          const auto at = follow_gradient(domain_, field_, found.triangle_tet[i], centroid(found, i), middle_.head.iso_value);
-          const Index piece = at ? piece_at(*at) : kNone;
-          if (piece == kNone) continue;
-          if (owner[in] == kNone) owner[in] = piece;
-          joins_.emplace_back(owner[in], piece);
+        if (sheet.triangle_count() != found.triangles.size()) {
+          found = sheet.snapshot(layer_count_);
+          find_owners(found, piece_at, owner);
         }
         for (std::size_t i = 0; i < found.triangles.size(); ++i) {
           const Index in = found.triangle_piece[i];
           if (passes_of_found(found.pieces[in], owner[in]) == sheet.level().passes) sheet.want(found.triangles[i][0]);
         }
       } while (sheet.grow());
-      division.found.push_back(std::move(found));
-      division.owner.push_back(std::move(owner));
+    }
+  }
+
+  // Those of the pieces of a pass; joins what one of them lies over or under.
+  void find_owners(const TrimmedSheet& pass, const PieceAt& piece_at, std::vector<Index>& owner) {
+    owner.assign(pass.pieces.size(), kNone);
+    for (const Index i : sample_triangles(pass)) {
+      const Index in = pass.triangle_piece[i];
+      const auto at = follow_gradient(domain_, field_, pass.triangle_tet[i], centroid(pass, i), middle_.head.iso_value);
+      const Index piece = at ? piece_at(*at) : kNone;
+      if (piece == kNone) continue;
+      if (owner[in] == kNone) owner[in] = piece;
+      joins_.emplace_back(owner[in], piece);
     }
   }
 

@@ -39,6 +39,7 @@ class PassSheet {
   // Follows what is wanted; whether there was anything to follow.
   bool grow();
   [[nodiscard]] const Level& level() const { return level_; }
+  [[nodiscard]] std::size_t triangle_count() const { return cutter_.triangles().size(); }
   // What has been found up to now, with its pieces.
   [[nodiscard]] TrimmedSheet snapshot(int layer_count) const;
 
