@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -61,8 +62,46 @@ class CellSlots {
   std::size_t mask_;
 };
 
-// For each place the nearest of the segments within `reach` whose surface faces the same way, in single precision; of equal
-// ones the first; kNone where there is none. O(places + segments) for segments not much longer than the reach.
-[[nodiscard]] std::vector<Index> nearest_segments(std::span<const Place> places, std::span<const Segment> segments, double reach);
+struct NearestSegment {
+  Index id = kNone;  // kNone where there is none
+  float squared = 0.0F;  // distance
+};
+
+// Segments by where they run.
+class SegmentGrid {
+ public:
+  // `reach`: no place asked for lies much farther from its nearest segment, or the answer takes longer.
+  SegmentGrid(std::span<const Segment> segments, double reach);
+
+  // The nearest of the segments within `farthest` whose surface faces the same way, in single precision; of equal ones the
+  // first. With a good guess, a segment or kNone, it is found sooner. O(1) for segments not much longer than the reach.
+  [[nodiscard]] NearestSegment nearest(const Place& place, double farthest, Index guess = kNone) const;
+
+ private:
+  static constexpr int kLanes = 4;
+  using Four = Eigen::Array4f;
+
+  // Four segments that pass through cells of one slot; lanes that hold none lie far off.
+  struct Pack {
+    std::array<Four, 3> from, along;
+    Four inverse_squared_length;
+    std::array<Index, kLanes> id;
+
+    Pack();
+    [[nodiscard, gnu::always_inline]] Four squared_distance(const std::array<float, 3>& place) const {
+      const Four x = place[0] - from[0], y = place[1] - from[1], z = place[2] - from[2];
+      const Four part = ((x * along[0] + y * along[1] + z * along[2]) * inverse_squared_length).max(0.0F).min(1.0F);
+      const Four dx = x - part * along[0], dy = y - part * along[1], dz = z - part * along[2];
+      return dx * dx + dy * dy + dz * dz;
+    }
+  };
+  void look_around(const Place& place, NearestSegment& best) const;
+
+  std::span<const Segment> segments_;
+  double reach_;
+  CellSlots cells_;
+  std::vector<Index> first_;  // pack of each slot
+  std::vector<Pack> packs_;
+};
 
 }  // namespace curvesup::toolpath

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
+#include <optional>
 
 #include "curvesup/mesh/triangle_mesh.h"
 #include "toolpath/nearest_segment.h"
@@ -11,45 +11,22 @@
 namespace curvesup::toolpath {
 namespace {
 
-constexpr double kLarge = 0.75;          // widths: edges of triangles whose corners are not trusted
-constexpr double kSliver = 0.125;         // squared widths: areas too small for their corners to matter
-constexpr double kFar = 1e6;              // mm
+constexpr double kSmall = 0.75;          // widths: edges of triangles whose corners always tell who shares them ...
+constexpr double kSliver = 0.125;        // ... squared widths: areas too small to matter ...
+constexpr double kLarge = 2.0;           // ... widths: edges of those whose corners may tell it
+constexpr double kStraight = 0.9;        // cosine between segments that run alike
+constexpr double kBeside = 1.1;          // widths between two tracks with none between them
+constexpr double kFar = 1e6;             // squared mm
 constexpr double kIrregularRise = 1.3;   // widths below the medial line
 constexpr double kStretch = 1.5;         // widths
 constexpr double kShortest = 0.75;       // widths
 constexpr double kReach = 0.6;           // widths: most places are not farther from the track that they belong to ...
 constexpr double kFarthest = 2.4;        // ... and none is farther
-constexpr double kMargin = 1.0;          // widths around a step that are looked at
 constexpr Index kAdjoining = 4;          // segments along a track
-constexpr double kFlagCell = 0.6;        // widths: of places near a step
 
 struct Stretch {
   double length = 0.0, area = 0.0;
   bool goes_on = false;  // from the stretch before
-};
-
-// Where steps pass near.
-class StepFlags {
- public:
-  StepFlags(double width, std::size_t slots) : cells_(kFlagCell * width, slots), margin_(Vec3::Constant(kMargin * width)), flag_(slots, 0) {}
-
-  void mark(const Segment& s) {
-    const Vec3 end = s.from + s.along;
-    cells_.for_box(s.from.cwiseMin(end) - margin_, s.from.cwiseMax(end) + margin_, [&](std::size_t slot) { flag_[slot] = 1; });
-    any_ = true;
-  }
-  // False only where no step is near the box.
-  [[nodiscard]] bool near(const Vec3& low, const Vec3& high) const {
-    bool found = false;
-    if (any_) cells_.for_box(low, high, [&](std::size_t slot) { found = found || flag_[slot]; });
-    return found;
-  }
-
- private:
-  CellSlots cells_;
-  Vec3 margin_;
-  std::vector<char> flag_;
-  bool any_ = false;
 };
 
 // The part of a triangle's area where the function that is linear between the values at its corners is positive.
@@ -137,186 +114,176 @@ class AreaShares {
     stretches_.pop_back();
   }
 
-  // The middle between a place and one of a higher number.
+  // A corner of parts: its place and the segment that the place belongs to.
+  struct Corner {
+    Place place;
+    NearestSegment owner;
+    Index first_cut = kNone;
+  };
+  // The middle between a corner and one of a higher number.
   struct Cut {
     Index to, middle;
-    Index next;  // cut from the same place
+    Index next;  // cut from the same corner
   };
-  // A part of a triangle, small enough to trust its corners.
+  // A triangle, or a part of one.
   struct Part {
-    std::array<Index, 3> corners;  // places
+    std::array<Index, 3> corners;
     double area;
   };
 
   void hand_out() {
-    cut_into_parts();
-    find_owners();
-    for (const Part& part : parts_) {
-      const std::array<double, 3> shares = shares_of(part.corners);
-      for (int i = 0; i < 3; ++i) give(owner_[part.corners[i]], shares[i] * part.area);
-    }
-  }
-
-  // Most places have a track close by; the others are looked for again, farther out.
-  void find_owners() {
-    owner_ = nearest_segments(places_, segments_, kReach * beads_.width);
-    std::vector<Index> lonely;
-    std::vector<Place> there;
-    for (double reach = 2.0 * kReach; reach <= kFarthest; reach *= 2.0) {
-      lonely.clear();
-      there.clear();
-      for (std::size_t p = 0; p < places_.size(); ++p) {
-        if (owner_[p] != kNone) continue;
-        lonely.push_back(static_cast<Index>(p));
-        there.push_back(places_[p]);
-      }
-      if (lonely.empty()) return;
-      const std::vector<Index> nearest = nearest_segments(there, segments_, reach * beads_.width);
-      for (std::size_t i = 0; i < lonely.size(); ++i) owner_[lonely[i]] = nearest[i];
-    }
-  }
-
-  void cut_into_parts() {
-    const StepFlags steps = flag_steps();
+    grid_.emplace(segments_, kReach * beads_.width);
     const std::vector<char> near = near_irregular();
-    std::vector<Index> place_of(mesh_.vertices.size(), kNone);
-    for (const auto& corners : mesh_.triangles) {
-      const Vec3 &a = mesh_.vertices[corners[0]], &b = mesh_.vertices[corners[1]], &c = mesh_.vertices[corners[2]];
-      if (!near[corners[0]] && !near[corners[1]] && !near[corners[2]] &&
-          !steps.near(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c))) {
-        continue;
+    std::vector<Index> corner_at(mesh_.vertices.size(), kNone);
+    Index guess = kNone;
+    for (const auto& [a, b, c] : mesh_.triangles) {
+      if (!near[a] && !near[b] && !near[c]) continue;
+      for (const Index v : {a, b, c}) {
+        if (corner_at[v] == kNone) corner_at[v] = add_corner({mesh_.vertices[v], mesh_.normals[v]}, guess);
+        guess = corners_[corner_at[v]].owner.id;
       }
-      Part part{corners, triangle_area(a, b, c)};
-      for (Index& v : part.corners) {
-        Index& place = place_of[v];
-        if (place == kNone) place = add_place(mesh_.vertices[v], mesh_.normals[v]);
-        v = place;
-      }
-      cut(part);
+      hand_out({{corner_at[a], corner_at[b], corner_at[c]}, triangle_area(mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c])});
     }
   }
 
-  [[nodiscard]] StepFlags flag_steps() const {
-    constexpr std::size_t kSlotsEach = 256;
-    std::vector<Index> steps;
-    Index s = 0;
-    for (const Track& track : tracks_) {
-      for (std::size_t i = 1; i < track.points.size(); ++i, ++s) {
-        if (track.points[i].step) steps.push_back(s);
-      }
-    }
-    StepFlags flags(beads_.width, std::bit_ceil(kSlotsEach * std::max<std::size_t>(steps.size(), 1)));
-    for (const Index step : steps) flags.mark(segments_[step]);
-    return flags;
-  }
-
-  // The vertices that are no farther from an irregular triangle, along edges, than a bead reaches.
+  // The vertices of irregular triangles, and those that are no farther from them, along an edge, than a bead reaches.
   [[nodiscard]] std::vector<char> near_irregular() const {
-    constexpr int kRounds = 2;
-    const double reach = kReach * beads_.width;
-    std::vector<double> distance(mesh_.vertices.size(), kFar);
+    std::vector<char> at(mesh_.vertices.size(), 0);
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
       if (!irregular_[t]) continue;
-      for (const Index v : mesh_.triangles[t]) distance[v] = 0.0;
+      for (const Index v : mesh_.triangles[t]) at[v] = 1;
     }
-    const auto hand_on = [&](Index from, Index to) {
-      if (distance[from] >= reach || distance[to] == 0.0) return false;
-      const double there = distance[from] + (mesh_.vertices[to] - mesh_.vertices[from]).norm();
-      if (there >= distance[to]) return false;
-      distance[to] = there;
-      return true;
-    };
-    bool changed = true;
-    for (int round = 0; round < kRounds && changed; ++round) {
-      changed = false;
-      for (const auto& t : mesh_.triangles) {
-        for (int i = 0; i < 3; ++i) changed |= hand_on(t[i], t[next3(i)]) | hand_on(t[next3(i)], t[i]);
+    std::vector<char> near = at;
+    const double reach = kReach * beads_.width;
+    for (const auto& t : mesh_.triangles) {
+      for (int i = 0; i < 3; ++i) {
+        const Index a = t[i], b = t[next3(i)];
+        if (at[a] != at[b] && (mesh_.vertices[a] - mesh_.vertices[b]).squaredNorm() <= reach * reach) near[a] = near[b] = 1;
       }
     }
-    std::vector<char> near(distance.size());
-    for (std::size_t v = 0; v < near.size(); ++v) near[v] = distance[v] <= reach;
     return near;
   }
 
-  Index add_place(const Vec3& position, const Vec3& normal) {
-    places_.push_back({position, normal});
-    return static_cast<Index>(places_.size()) - 1;
+  Index add_corner(const Place& place, Index guess) {
+    corners_.push_back({place, grid_->nearest(place, kFarthest * beads_.width, guess)});
+    return static_cast<Index>(corners_.size()) - 1;
   }
 
-  // The place in the middle between two, the same one for the triangles on both sides.
+  // The corner in the middle between two, the same one for the triangles on both sides.
   Index middle_of(Index a, Index b) {
     if (a > b) std::swap(a, b);
-    if (static_cast<std::size_t>(a) >= first_cut_.size()) first_cut_.resize(places_.size(), kNone);
-    for (Index k = first_cut_[a]; k != kNone; k = cuts_[k].next) {
+    for (Index k = corners_[a].first_cut; k != kNone; k = cuts_[k].next) {
       if (cuts_[k].to == b) return cuts_[k].middle;
     }
-    const Index middle = add_place(0.5 * (places_[a].position + places_[b].position), 0.5 * (places_[a].normal + places_[b].normal));
-    cuts_.push_back({b, middle, first_cut_[a]});
-    first_cut_[a] = static_cast<Index>(cuts_.size()) - 1;
+    const Place &at_a = corners_[a].place, &at_b = corners_[b].place;
+    const Index middle = add_corner({0.5 * (at_a.position + at_b.position), 0.5 * (at_a.normal + at_b.normal)}, corners_[a].owner.id);
+    cuts_.push_back({b, middle, corners_[a].first_cut});
+    corners_[a].first_cut = static_cast<Index>(cuts_.size()) - 1;
     return middle;
   }
 
-  // Halves what is too large across its longest edge.
-  void cut(const Part& part) {
-    const auto position = [&](int i) -> const Vec3& { return places_[part.corners[i]].position; };
+  // Halves a part across its longest edge until the owners of its corners tell who shares it.
+  void hand_out(const Part& part) {
+    const auto position = [&](int i) -> const Vec3& { return corners_[part.corners[i]].place.position; };
     const auto [longest, squared] = longest_edge(position(0), position(1), position(2));
     const double bead = beads_.width * beads_.width;
-    if (squared <= kLarge * kLarge * bead || part.area <= kSliver * bead) {
-      parts_.push_back(part);
+    const bool small = squared <= kSmall * kSmall * bead || part.area <= kSliver * bead;
+    if (small || (squared <= kLarge * kLarge * bead && is_plain(part))) {
+      share(part);
       return;
     }
     Part left = part, right = part;
     left.area = right.area = 0.5 * part.area;
     left.corners[next3(longest)] = right.corners[longest] = middle_of(part.corners[longest], part.corners[next3(longest)]);
-    cut(left);
-    cut(right);
+    hand_out(left);
+    hand_out(right);
   }
 
-  // To whom a triangle belongs is told by its corners: to one track, to two with the straight line between them, or to
-  // three. Its parts that belong to the owners of its corners.
-  [[nodiscard]] std::array<double, 3> shares_of(const std::array<Index, 3>& corners) const {
+  [[nodiscard]] std::array<Index, 3> owners_of(const Part& part) const {
+    return {corners_[part.corners[0]].owner.id, corners_[part.corners[1]].owner.id, corners_[part.corners[2]].owner.id};
+  }
+
+  void share(const Part& part) {
+    const std::array<Index, 3> owner = owners_of(part);
+    if (!shared(owner[0]) && !shared(owner[1]) && !shared(owner[2])) return;
+    const std::array<double, 3> shares = shares_of(part);
+    for (int i = 0; i < 3; ++i) {
+      if (shared(owner[i])) stretches_[stretch_[owner[i]]].area += shares[i] * part.area;
+    }
+  }
+
+  // To whom a part belongs is told by its corners: to one track, to two with the straight line between them, or to three.
+  // Its parts that belong to the owners of its corners.
+  [[nodiscard]] std::array<double, 3> shares_of(const Part& part) const {
     constexpr double kThird = 1.0 / 3.0;
-    const std::array<Index, 3> owner = {owner_[corners[0]], owner_[corners[1]], owner_[corners[2]]};
+    const std::array<Index, 3> owner = owners_of(part);
     int lone = 0;  // the corner that may belong to another track than the two others
     while (lone < 3 && !adjoin(owner[next3(lone)], owner[prev3(lone)])) ++lone;
-    const auto distances_from = [&](Index segment) -> std::array<double, 3> {
-      if (segment == kNone) return {kFar, kFar, kFar};
-      std::array<double, 3> distances;
-      for (int i = 0; i < 3; ++i) distances[i] = distance_from(places_[corners[i]].position, segment);
-      return distances;
+    // How far, squared, a corner lies from the track that it or another one belongs to. Between two straight tracks the
+    // difference of two such squares is linear.
+    const auto from = [&](int other, int corner) -> double {
+      const Corner& here = corners_[part.corners[corner]];
+      if (owner[other] == kNone) return kFar;
+      return other == corner ? here.owner.squared : squared_distance_from(here.place.position, owner[other]);
     };
-    if (lone == 3) return least_parts({distances_from(owner[0]), distances_from(owner[1]), distances_from(owner[2])});
-    const Index here = owner[lone], there = owner[next3(lone)];
-    if (here == kNone || there == kNone || adjoin(here, there)) return {kThird, kThird, kThird};
-    const std::array<double, 3> from_here = distances_from(here), from_there = distances_from(there);
-    const double own = positive_part({from_there[0] - from_here[0], from_there[1] - from_here[1], from_there[2] - from_here[2]});
+    if (lone == 3) {
+      std::array<std::array<double, 3>, 3> squares;
+      for (int i = 0; i < 3; ++i) squares[i] = {from(i, 0), from(i, 1), from(i, 2)};
+      return least_parts(squares);
+    }
+    const int one = next3(lone), two = prev3(lone);
+    if (owner[lone] == kNone || owner[one] == kNone || adjoin(owner[lone], owner[one])) return {kThird, kThird, kThird};
+    const double own = positive_part({from(one, lone) - from(lone, lone), from(one, one) - from(lone, one), from(two, two) - from(lone, two)});
     std::array<double, 3> shares;
     shares.fill(0.5 * (1.0 - own));
     shares[lone] = own;
     return shares;
   }
 
+  // Whether a segment is as wide as its share makes it.
+  [[nodiscard]] bool shared(Index segment) const { return segment != kNone && stretch_[segment] != kNone; }
+
   [[nodiscard]] bool adjoin(Index a, Index b) const {
     if (a == b) return true;
     return a != kNone && b != kNone && std::abs(a - b) <= kAdjoining && track_[a] == track_[b];
   }
 
-  // The distance of a place from a track, found downhill from one of its segments.
-  [[nodiscard]] double distance_from(const Vec3& place, Index segment) const {
+  // Whether a part belongs to one straight track, or to two that run beside each other so closely that none passes between.
+  // A track that turns from regular to shared within the part is not straight in this sense: where it does is not known.
+  [[nodiscard]] bool is_plain(const Part& part) const {
+    const auto [a, b, c] = owners_of(part);
+    if (a == kNone || b == kNone || c == kNone) return false;
+    return are_plain(a, b, c) || are_plain(b, c, a) || are_plain(c, a, b);
+  }
+  [[nodiscard]] bool are_plain(Index one, Index two, Index other) const {
+    if (!run_on(one, two)) return false;
+    return adjoin(one, other) ? run_on(one, other) : run_beside(one, other);
+  }
+  [[nodiscard]] bool run_on(Index a, Index b) const {
+    return a == b || (adjoin(a, b) && shared(a) == shared(b) && cosine(a, b) > kStraight);
+  }
+  [[nodiscard]] bool run_beside(Index a, Index b) const {
+    if (std::abs(cosine(a, b)) < kStraight) return false;
+    const double reach = kBeside * beads_.width;
+    return squared_distance_from(segments_[b].from + 0.5 * segments_[b].along, a) <= reach * reach;
+  }
+  [[nodiscard]] double cosine(Index a, Index b) const {
+    const Segment &x = segments_[a], &y = segments_[b];
+    return x.along.dot(y.along) / std::max(x.length * y.length, 1e-12);
+  }
+
+  // The squared distance of a place from a track, found downhill from one of its segments.
+  [[nodiscard]] double squared_distance_from(const Vec3& place, Index segment) const {
     const double part = segments_[segment].part(place);
     double least = segments_[segment].squared_distance(place, part);
-    if (part > 0.0 && part < 1.0) return std::sqrt(least);
+    if (part > 0.0 && part < 1.0) return least;
     const Index step = part > 0.0 ? 1 : -1;
     for (Index s = segment + step; s >= 0 && s < static_cast<Index>(segments_.size()) && adjoin(s, segment); s += step) {
       const double squared = segments_[s].squared_distance(place);
       if (squared > least) break;
       least = squared;
     }
-    return std::sqrt(least);
-  }
-
-  void give(Index segment, double area) {
-    if (segment != kNone && stretch_[segment] != kNone) stretches_[stretch_[segment]].area += area;
+    return least;
   }
 
   // What is too much for a stretch goes to those beside it on its track, as far as they have room: shares of stretches that
@@ -377,11 +344,9 @@ class AreaShares {
   std::vector<Index> stretch_, track_;  // of each segment; no stretch where the width is regular
   std::vector<Stretch> stretches_;
   std::vector<char> idle_;  // by track
-  std::vector<Place> places_;  // corners of parts
-  std::vector<Index> owner_;   // of each place the nearest segment
-  std::vector<Part> parts_;
+  std::optional<SegmentGrid> grid_;
+  std::vector<Corner> corners_;
   std::vector<Cut> cuts_;
-  std::vector<Index> first_cut_;  // by place
 };
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace curvesup::toolpath {
 // the area that belongs to it divided by its length: no place is filled twice, none is left out, whatever way the tracks
 // take. A track that next to nothing belongs to is dropped, unless all are. Widths stay within `min` and `max`; they are
 // even over stretches of about a bead's width and a half. What is too much for one goes to those beside it on its track.
-// Triangles are cut along the line between two tracks. O(triangles).
+// Triangles are cut along the line between two tracks, and halved before where more than that goes on. O(triangles).
 void share_area(const PieceMesh& mesh, const std::vector<char>& irregular, const BeadWidths& beads, std::vector<Track>& tracks);
 
 }  // namespace curvesup::toolpath

@@ -19,6 +19,13 @@ double sampled_distance(const Segment& s, const Vec3& place) {
   return best;
 }
 
+std::vector<Index> nearest_segments(const std::vector<Place>& places, const std::vector<Segment>& segments, double reach, Index guess = kNone) {
+  const SegmentGrid grid(segments, 0.4 * reach);
+  std::vector<Index> nearest;
+  for (const Place& place : places) nearest.push_back(grid.nearest(place, reach, guess).id);
+  return nearest;
+}
+
 TEST(NearestSegment, AgreesWithTryingAll) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> along(-6.0, 6.0), step(-0.7, 0.7);
@@ -42,6 +49,7 @@ TEST(NearestSegment, AgreesWithTryingAll) {
     ++found;
     EXPECT_NEAR(sampled_distance(segments[nearest[p]], places[p].position), least, 1e-3);
   }
+  for (const Index guess : {0, 17, 60}) EXPECT_EQ(nearest_segments(places, segments, reach, guess), nearest) << guess;
   EXPECT_GT(found, 50);
   EXPECT_LT(found, 200);
 }
