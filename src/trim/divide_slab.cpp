@@ -12,6 +12,7 @@ namespace curvesup {
 
 namespace {
 
+constexpr double kOnTriangle_mm = 1e-9;
 constexpr int kSampleEvery = 8;  // triangles; besides the first of each piece in each tet
 
 int wanted_passes(double thickness, const SlabOptions& options) {
@@ -55,6 +56,7 @@ class PieceAt {
       if (distance >= nearest) continue;
       nearest = distance;
       piece = sheet_.triangle_piece[i];
+      if (nearest < kOnTriangle_mm) break;
     }
     return piece;
   }

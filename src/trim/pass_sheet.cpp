@@ -80,6 +80,7 @@ void PassSheet::want(const ColumnPoint& at) {
   const Range range = visit(at.tet);
   for (std::size_t i = range.first; i < range.last; ++i) {
     const auto& t = cutter_.triangles()[i];
+    if (wanted_[pieces_.root(t[0])]) continue;
     const auto& v = cutter_.vertices();
     if ((closest_point_on_triangle(at.position, v[t[0]], v[t[1]], v[t[2]]) - at.position).squaredNorm() < kNear_mm * kNear_mm) want(t[0]);
   }
