@@ -10,17 +10,18 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kGain = 1e-6;            // mm
+constexpr double kLineSlack = 1e-3;       // mm
 constexpr double kKinkCosine = 0.8;       // of the angle between ways to the border that do not belong to one front
 constexpr double kSameSideCosine = -0.3;  // of that between ways from two meetings to one side
 constexpr double kOtherSlope = 0.3;       // by which the slope in the middle of an edge is off the mean slope up to there, past a kink
 constexpr double kHiddenKink = 0.25;      // of the tolerance, where two fronts meet nearer to one end than to the middle
+constexpr double kStraight = 0.25;        // of the tolerance, for a front to reach a border vertex straight
 constexpr double kEqual = 5e-4;           // mm, between distances to both sides of the medial line
 constexpr double kLargestShift = 0.05;    // mm, by which one side may still come nearer
 constexpr double kSnap = 0.04;            // of an edge: fronts that meet so near to its end meet there
 constexpr double kShortest = 0.02;        // mm, of edges that are cut where fronts meet
 constexpr int kMostSearches = 10;         // for that place
 constexpr int kMostCuts = 4;              // of an edge, one after the other
-constexpr int kPatience = 2;              // steps along the border that need not pay, so that a notch does not stop the search
 constexpr int kMostSteps = 1000;
 
 Vec3 middle_normal(const Vec3& a, const Vec3& b) {
@@ -42,6 +43,13 @@ double arc_over_chord(double lean) {
 bool hides_kink(const Front& end, const Front& middle, const Vec3& whole) {
   if (end.distance > 0.0) return end.way.dot(middle.way) < kKinkCosine * end.distance * middle.distance;
   return std::abs(-middle.way.dot(whole) / middle.distance - 2.0 * middle.distance) > kOtherSlope * whole.norm();
+}
+
+// Whether a front, seen from the other end of an edge, goes on straight to the border vertex that the edge comes from.
+bool reaches_border(const Front& border, const Front& inner, const Vec3& whole, const DistanceOptions& options) {
+  if (border.distance > 0.0 || !inner.inside) return false;
+  const double bulge = 0.25 * (inner.distance + inner.way.dot(whole) / inner.distance);
+  return std::abs(bulge) < kStraight * options.tolerance_mm;
 }
 
 }  // namespace
@@ -108,16 +116,10 @@ BorderDistance::Place BorderDistance::nearest_along(Index edge, const Vec3& poin
   Place best = on_edge(edge, point);
   if (best.part > 0.0 && best.part < 1.0) return best;
   const bool forward = best.part > 0.0;
-  Index at = edge;
-  for (int wait = 0, step = 0; wait <= kPatience && step < kMostSteps; ++step) {
-    at = forward ? border_[at].next : border_[at].previous;
-    const Place here = on_edge(at, point);
-    if (here.squared < best.squared) {
-      best = here;
-      wait = 0;
-    } else {
-      ++wait;
-    }
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Place here = on_edge(forward ? border_[best.edge].next : border_[best.edge].previous, point);
+    if (here.squared >= best.squared) break;
+    best = here;
   }
   return best;
 }
@@ -137,13 +139,17 @@ Front BorderDistance::front_at(const Place& place, const Vec3& point, const Vec3
   return front;
 }
 
+BorderDistance::Place BorderDistance::nearest_from(const Front& front, const Vec3& point) const {
+  const BorderEdge& edge = border_[front.edge];
+  const Place place = nearest_along(front.edge, point);
+  // A border vertex has an edge on either side; the one before it is seen already where the way leads back.
+  if (front.distance > 0.0 || (point - edge.start).dot(edge.along) <= 0.0) return place;
+  const Place before = nearest_along(edge.previous, point);
+  return before.squared < place.squared ? before : place;
+}
+
 Front BorderDistance::seen_along(const Front& front, const Vec3& point, const Vec3& normal) const {
-  Place place = nearest_along(front.edge, point);
-  if (front.distance == 0.0) {  // of a border vertex, which has an edge on either side
-    const Place before = nearest_along(border_[front.edge].previous, point);
-    if (before.squared < place.squared) place = before;
-  }
-  return front_at(place, point, normal);
+  return front_at(nearest_from(front, point), point, normal);
 }
 
 Front BorderDistance::seen_from(Index vertex, const Vec3& offset, const Vec3& normal) const {
@@ -200,9 +206,13 @@ void BorderDistance::hand_on(std::vector<Index> changed) {
   std::vector<Index> around(first[n]), fill(first.begin(), first.end() - 1);
   for (const Edge& e : edges_.edges) around[fill[e.from]++] = e.to, around[fill[e.to]++] = e.from;
 
-  const auto gains = [&](Index w, Index edge) {
+  const auto gains = [&](Index w, const Front& offered, const Vec3& offered_at) {
     Front& held = fronts_[w];
+    const Index edge = offered.edge;
     if (held.edge == edge || held.distance == 0.0) return false;
+    // The line on which the offered edge lies may be too far already.
+    const double to_line = offered.inside ? offered.distance - offered.way.dot(mesh_.vertices[w] - offered_at) / offered.distance : 0.0;
+    if (to_line > held.distance + kLineSlack) return false;
     const Place place = nearest_along(edge, mesh_.vertices[w]);
     if (place.edge == held.edge || place.squared >= held.distance * held.distance) return false;
     const Front front = front_at(place, mesh_.vertices[w], mesh_.normals[w]);
@@ -219,7 +229,7 @@ void BorderDistance::hand_on(std::vector<Index> changed) {
       waits[v] = 0;
       for (Index k = first[v]; k < first[v + 1]; ++k) {
         const Index w = around[k];
-        if (!gains(w, fronts_[v].edge) || waits[w]) continue;
+        if (!gains(w, fronts_[v], mesh_.vertices[v]) || waits[w]) continue;
         waits[w] = 1;
         next.push_back(w);
       }
@@ -276,8 +286,10 @@ Index BorderDistance::cut_edge(Index a, Index b, const DistanceOptions& options)
     if (length < options.min_edge_mm || std::abs(bulge) <= options.tolerance_mm) return kNone;
     return add_vertex(a, b, 0.5, seen_along(*at_a, middle, normal));
   }
-  if (length < kShortest) return kNone;
-  const Front from_a = seen_along(*at_a, middle, normal), from_b = seen_along(*at_b, middle, normal);
+  if (length < kShortest || reaches_border(*at_a, *at_b, whole, options) || reaches_border(*at_b, *at_a, -whole, options)) return kNone;
+  const Place place_a = nearest_from(*at_a, middle), place_b = nearest_from(*at_b, middle);
+  const Front from_a = front_at(place_a, middle, normal);
+  const Front from_b = place_a.edge == place_b.edge ? from_a : front_at(place_b, middle, normal);
   if (from_a.way.dot(from_b.way) < kKinkCosine * from_a.distance * from_b.distance) return cut_at_kink(a, b, from_a, from_b);
   if (length < options.min_edge_mm) return kNone;
   const Front& nearer = from_a.distance < from_b.distance ? from_a : from_b;

@@ -72,6 +72,8 @@ class BorderDistance {
   void take(Index vertex, const Front& front);
   [[nodiscard]] Place on_edge(Index edge, const Vec3& point) const;
   [[nodiscard]] Place nearest_along(Index edge, const Vec3& point) const;
+  // The place that a known front comes from as seen from a point nearby.
+  [[nodiscard]] Place nearest_from(const Front& front, const Vec3& point) const;
   [[nodiscard]] Front front_at(const Place& place, const Vec3& point, const Vec3& normal) const;
   // That of a vertex' fronts whose way runs most along a given one.
   [[nodiscard]] const Front& most_along(Index vertex, const Vec3& way) const;

@@ -72,12 +72,13 @@ void set_vertex_values(PieceMesh& mesh, std::vector<Vec3> direction) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       for (const Index v : mesh.triangles[t]) {
         mesh.normals[v] += area[t] * direction[t];
-        mesh.tip_offset[v] += area[t] * offset[t] / weight[v];
+        mesh.tip_offset[v] += area[t] * offset[t];
       }
     }
-    for (Vec3& normal : mesh.normals) {
-      const double length = normal.norm();
-      normal = length > 0.0 ? Vec3(normal / length) : Vec3::UnitZ();
+    for (std::size_t v = 0; v < n; ++v) {
+      const double length = mesh.normals[v].norm();
+      mesh.normals[v] = length > 0.0 ? Vec3(mesh.normals[v] / length) : Vec3::UnitZ();
+      mesh.tip_offset[v] /= weight[v];
     }
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       const auto& [a, b, c] = mesh.triangles[t];

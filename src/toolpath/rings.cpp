@@ -11,18 +11,23 @@ struct Ring {
   std::vector<char> keep;  // by point: 0 where a centre line takes the ring's place
 };
 
-// Levels i with low < (i + 1/2) w <= high.
-std::pair<int, int> levels_between(double low, double high, double width, int max_rings) {
-  int first = static_cast<int>(std::floor(low / width - 0.5));
-  while ((first + 0.5) * width <= low) ++first;
-  int last = static_cast<int>(std::floor(high / width - 0.5)) + 1;
-  while ((last + 0.5) * width > high) --last;
-  return {std::max(first, 0), std::min(last, max_rings - 1)};
+// How many rings run nearer to the border than each vertex or through it: those i with (i + 1/2) w <= distance.
+std::vector<int> rings_below(const BorderDistance& distance, double width, int max_rings) {
+  std::vector<int> count(distance.mesh().vertices.size());
+  for (std::size_t v = 0; v < count.size(); ++v) {
+    const double here = distance.distance(static_cast<Index>(v));
+    int rings = static_cast<int>(here / width + 0.5);
+    while (rings > 0 && (rings - 0.5) * width > here) --rings;
+    while ((rings + 0.5) * width <= here) ++rings;
+    count[v] = std::min(rings, max_rings);
+  }
+  return count;
 }
 
 // Where the distance reaches `value` on the edge from a to b, as a part of its length: by the cubic through the values and
 // slopes at its ends, or by the line where those do not belong to one front.
 double crossing(const BorderDistance& distance, Index a, Index b, double value) {
+  constexpr int kNewtonSteps = 2;
   constexpr double kOneFront = 0.35;  // by which slopes may be off the mean slope
   const double from = distance.distance(a), rise = distance.distance(b) - from;
   const double linear = (value - from) / rise;
@@ -37,7 +42,7 @@ double crossing(const BorderDistance& distance, Index a, Index b, double value) 
   if (std::abs(slope_a - rise) + std::abs(slope_b - rise) > 2.0 * kOneFront * length) return linear;
   const double p = 3.0 * rise - 2.0 * slope_a - slope_b, q = slope_a + slope_b - 2.0 * rise;
   double x = linear;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < kNewtonSteps; ++i) {
     const double bend = slope_a + x * (2.0 * p + 3.0 * q * x);
     if (bend * rise < 0.1 * rise * rise) return linear;
     x -= (from + x * (slope_a + x * (p + x * q)) - value) / bend;
@@ -109,32 +114,34 @@ std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridg
   const PieceMesh& mesh = distance.mesh();
   const std::size_t n = mesh.triangles.size();
   // One slot for each pair of a triangle and a level that crosses it.
+  const std::vector<int> below = rings_below(distance, width, max_rings);
   std::vector<Index> slot(n + 1, 0);
-  std::vector<int> lowest(n, 0);
+  const auto lowest = [&](Index t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    return std::min({below[a], below[b], below[c]});
+  };
   for (std::size_t t = 0; t < n; ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
-    const auto [low, high] = std::minmax({distance.distance(a), distance.distance(b), distance.distance(c)});
-    const auto [first, last] = levels_between(low, high, width, max_rings);
-    lowest[t] = first;
-    slot[t + 1] = slot[t] + std::max(0, last - first + 1);
+    const auto [low, high] = std::minmax({below[a], below[b], below[c]});
+    slot[t + 1] = slot[t] + high - low;
   }
   std::vector<char> done(slot[n], 0);
   std::vector<Ring> rings;
   for (std::size_t seed = 0; seed < n; ++seed) {
     for (Index s = slot[seed]; s < slot[seed + 1]; ++s) {
       if (done[s]) continue;
-      const int level = lowest[seed] + (s - slot[seed]);
+      const int level = lowest(static_cast<Index>(seed)) + (s - slot[seed]);
       const double value = (level + 0.5) * width;
       Ring ring{{.kind = PathKind::contour, .closed = true, .level = level, .points = {}}, {}};
       std::vector<TrackPoint>& points = ring.track.points;
       bool whole = true;
       for (Index t = static_cast<Index>(seed);;) {
-        char& mark = done[slot[t] + level - lowest[t]];
+        char& mark = done[slot[t] + level - lowest(t)];
         if (mark) break;
         mark = 1;
         const auto& corner = mesh.triangles[t];
         int exit = 0;  // the edge that rises through the level
-        while (!(distance.distance(corner[exit]) < value && distance.distance(corner[next3(exit)]) >= value)) ++exit;
+        while (below[corner[exit]] > level || below[corner[next3(exit)]] <= level) ++exit;
         const Index from = corner[exit], to = corner[next3(exit)];
         // Seen from both triangles alike: always from the lower vertex id.
         const Index a = std::min(from, to), b = std::max(from, to);
