@@ -5,6 +5,7 @@
 #include <span>
 
 #include "curvesup/core/parallel.h"
+#include "core/angle_between.h"
 
 namespace curvesup::emit {
 
@@ -17,10 +18,6 @@ double time_saved(double blend_mm, double turn, double feed_mm_s) {
   if (blend_mm == 0.0 || turn < 1e-6) return 0.0;
   const double radius = blend_mm / std::tan(turn / 2.0);
   return std::max(0.0, 2.0 * blend_mm - radius * turn) / feed_mm_s;
-}
-
-double turn_between(const Vec3& before, const Vec3& after) {
-  return std::atan2(before.cross(after).norm(), before.dot(after));
 }
 
 Pose between(const Pose& from, const Pose& to, double fraction) {
@@ -55,7 +52,7 @@ std::vector<double> blends_with_stops(std::span<const Waypoint> points, double m
   std::vector<double> blends(points.size(), 0.0);
   double ahead = 0.0;
   for (std::size_t i = 1; i + 1 < points.size(); ++i) {
-    const double turn = turn_between(points[i].tip_mm - points[i - 1].tip_mm, points[i + 1].tip_mm - points[i].tip_mm);
+    const double turn = angle_between(points[i].tip_mm - points[i - 1].tip_mm, points[i + 1].tip_mm - points[i].tip_mm);
     const double feed = (points[i].tip_mm - points[i - 1].tip_mm).norm() / std::max(points[i].duration_s, 1e-9);
     const double saved = time_saved(points[i].blend_mm, turn, feed);
     const bool stops = points[i].blend_mm == 0.0 || ahead + saved > most_s;
@@ -176,7 +173,7 @@ Chain schedule_chain(const Motion& motion, const PathMotion& path, const Machine
       continue;
     }
     const Vec3& before = i == 0 ? chain.start_tip_mm : chain.moves[i - 1].tip_mm;
-    const double turn = turn_between(move.tip_mm - before, chain.moves[i + 1].tip_mm - move.tip_mm);
+    const double turn = angle_between(move.tip_mm - before, chain.moves[i + 1].tip_mm - move.tip_mm);
     move.saved_s = time_saved(move.blend_mm, turn, move.feed_mm_s);
     ahead += move.saved_s;
   }

@@ -9,6 +9,7 @@
 #include "curvesup/core/format.h"
 #include "curvesup/core/parallel.h"
 #include "curvesup/mesh/triangle_tree.h"
+#include "core/angle_between.h"
 #include "hull/convex_surface.h"
 
 namespace curvesup {
@@ -49,7 +50,7 @@ void trace(const Vec3& start, const Vec3& direction, double step, double turn, s
   Vec3 axis = direction.cross(down);
   if (axis.norm() < 1e-12) axis = Vec3::UnitX();  // straight up or down: any axis
   axis.normalize();
-  double left = std::atan2(direction.cross(down).norm(), direction.dot(down));
+  double left = angle_between(direction, down);
   Vec3 p = start, d = direction;
   points.push_back(p);
   for (int k = 1; p.z() > 0.0; ++k) {

@@ -7,6 +7,7 @@
 
 #include "curvesup/core/format.h"
 #include "curvesup/mesh/triangle_mesh.h"
+#include "core/angle_between.h"
 #include "model/mesh_checks.h"
 #include "model/problem_list.h"
 
@@ -128,7 +129,7 @@ class Diagnosis : private ProblemList {
         n[f] = area_normal(sound_.vertices[v[0]], sound_.vertices[v[1]], sound_.vertices[v[2]]);
       }
       for (const auto& [i, j] : kTetEdge) {
-        const double angle = std::numbers::pi - std::atan2(n[i].cross(n[j]).norm(), n[i].dot(n[j]));
+        const double angle = std::numbers::pi - angle_between(n[i], n[j]);
         min_angle = std::min(min_angle, angle);
         max_angle = std::max(max_angle, angle);
       }

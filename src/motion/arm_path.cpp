@@ -5,6 +5,8 @@
 #include <numbers>
 #include <optional>
 
+#include "core/angle_between.h"
+
 namespace curvesup {
 namespace {
 
@@ -16,8 +18,6 @@ constexpr double kForbidden = 1e300;
 constexpr int kBranches = 8;
 constexpr int kRefinements = 6;
 constexpr std::size_t kSweptTogether = 64;  // waypoints whose links are looked at together
-
-double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 double discomfort(double metric) {
   const double lack = std::max(0.0, kComfort - metric);

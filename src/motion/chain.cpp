@@ -4,12 +4,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/angle_between.h"
+
 namespace curvesup {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-
-double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 // The duration that feed, melt rate, joint speeds and the controller's rotation rule allow, and the speed to state
 // for it.

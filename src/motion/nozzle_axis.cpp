@@ -6,6 +6,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/angle_between.h"
+
 namespace curvesup {
 namespace {
 
@@ -20,8 +22,6 @@ constexpr int kWindow = 4;  // keys around a fault that may tilt, times the numb
 constexpr double kFaultCost = 1e6;
 constexpr double kBetween = 0.1;    // of the cost at a point, half way to its neighbour
 constexpr double kTightCost = 1e3;  // of standing at no distance from what is printed
-
-double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 // Chooses tilts at the key points of one path.
 class TiltPlanner {

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <optional>
 
+#include "core/angle_between.h"
+
 namespace curvesup {
 namespace {
 
@@ -12,8 +14,6 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kNearHop_mm = 3.0;  // neighbouring rings: a low hop is enough
 constexpr double kSampleStep_mm = 4.0;
 constexpr double kSampleStep_rad = 0.06;
-
-double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 // Plans one travel.
 class Planner {

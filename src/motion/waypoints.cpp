@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/angle_between.h"
 #include "motion/nozzle_axis.h"
 
 namespace curvesup {
 namespace {
-
-double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 // Whether two directions are farther apart than the acute angle of that tangent; lengths do not matter.
 bool turned_more(const Vec3& a, const Vec3& b, double tangent) {

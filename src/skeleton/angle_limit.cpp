@@ -2,14 +2,14 @@
 
 #include <cmath>
 
+#include "core/angle_between.h"
+
 namespace curvesup {
 
 namespace {
 constexpr double kSlack = 1e-9;   // radians: rounding of exact turns
 constexpr double kNear = 1e-6;    // cosines that differ by more leave no doubt
 }  // namespace
-
-double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 AngleLimit::AngleLimit(double radians) : radians_(radians), cosine_(std::cos(radians)), sine_(std::sin(radians)) {}
 

@@ -4,9 +4,6 @@
 
 namespace curvesup {
 
-// Angle between two vectors, accurate for small angles also.
-[[nodiscard]] double angle_between(const Vec3& a, const Vec3& b);
-
 // An angle that directions, all of unit length, may deviate from each other.
 class AngleLimit {
  public:
@@ -22,9 +19,5 @@ class AngleLimit {
   [[nodiscard]] bool within(const Vec3& a, const Vec3& b, double slack) const;
   double radians_, cosine_, sine_;
 };
-
-[[nodiscard]] inline Vec3 turn_towards(const Vec3& from, const Vec3& to, double radians) {
-  return AngleLimit(radians).turn(from, to);
-}
 
 }  // namespace curvesup

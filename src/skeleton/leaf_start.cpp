@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "curvesup/mesh/triangle_mesh.h"
+#include "core/angle_between.h"
 
 namespace curvesup {
 

@@ -114,7 +114,7 @@ Step NodeDrop::step(const Vec3& p, Index tet, const Vec3& wanted, double value, 
       const double azimuth = 2.0 * std::numbers::pi * around / kAround;
       const Vec3 u =
           around < 0
-              ? turn_towards(down, -Vec3::UnitZ(), angle)
+              ? AngleLimit(angle).turn(down, -Vec3::UnitZ())
               : Vec3((std::cos(angle) * down + std::sin(angle) * (std::cos(azimuth) * side + std::sin(azimuth) * other))
                          .normalized());
       const WalkResult bent = walk_.walk(p, tet, u, {.value = value});

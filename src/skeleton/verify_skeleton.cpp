@@ -5,7 +5,7 @@
 
 #include "curvesup/core/parallel.h"
 #include "curvesup/mesh/triangle_mesh.h"
-#include "skeleton/angle_limit.h"
+#include "core/angle_between.h"
 #include "skeleton/tet_walk.h"
 
 namespace curvesup {

@@ -11,6 +11,7 @@
 #include "curvesup/core/error.h"
 #include "curvesup/mesh/triangle_mesh.h"
 #include "curvesup/skeleton/stand_angle.h"
+#include "core/angle_between.h"
 #include "helpers/support_domain.h"
 #include "skeleton/angle_limit.h"
 #include "skeleton/tet_walk.h"
@@ -102,13 +103,13 @@ TEST(TurnTowards, IsAnExactRotation) {
   for (int i = 0; i < 200; ++i) {
     const Vec3 a = Vec3(normal(random), normal(random), normal(random)).normalized();
     const Vec3 b = Vec3(normal(random), normal(random), normal(random)).normalized();
-    const Vec3 turned = turn_towards(a, b, 0.3);
+    const Vec3 turned = AngleLimit(0.3).turn(a, b);
     EXPECT_NEAR(turned.norm(), 1.0, 1e-14);
     const double full = std::acos(std::clamp(a.dot(b), -1.0, 1.0));
     EXPECT_NEAR(std::acos(std::clamp(a.dot(turned), -1.0, 1.0)), std::min(0.3, full), 1e-7);
     EXPECT_NEAR(std::acos(std::clamp(b.dot(turned), -1.0, 1.0)), std::max(0.0, full - 0.3), 1e-7);
   }
-  EXPECT_NEAR(turn_towards(Vec3::UnitZ(), -Vec3::UnitZ(), 0.3).z(), std::cos(0.3), 1e-14);
+  EXPECT_NEAR(AngleLimit(0.3).turn(Vec3::UnitZ(), -Vec3::UnitZ()).z(), std::cos(0.3), 1e-14);
 }
 
 TEST(AngleLimit, HoldsAsTheAngleItselfTells) {
@@ -121,8 +122,8 @@ TEST(AngleLimit, HoldsAsTheAngleItselfTells) {
     EXPECT_EQ(limit.holds(a, b), angle_between(a, b) <= 0.7);
     EXPECT_TRUE(limit.holds(a, limit.turn(a, b))) << "up to rounding";
     if (limit.holds(a, b)) continue;
-    EXPECT_FALSE(limit.holds(a, turn_towards(a, b, 0.7 + 1e-8)));
-    EXPECT_TRUE(limit.holds(a, turn_towards(a, b, 0.7 - 1e-8)));
+    EXPECT_FALSE(limit.holds(a, AngleLimit(0.7 + 1e-8).turn(a, b)));
+    EXPECT_TRUE(limit.holds(a, AngleLimit(0.7 - 1e-8).turn(a, b)));
   }
 }
 
