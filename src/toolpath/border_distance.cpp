@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <tuple>
 
 namespace curvesup::toolpath {
 namespace {
@@ -80,27 +81,33 @@ void BorderDistance::put_meetings_in_order() {
 void BorderDistance::collect_border() {
   fronts_.assign(mesh_.vertices.size(), Front{.distance = kFar});
   meeting_of_.assign(mesh_.vertices.size(), kNone);
-  std::vector<Index> leaving(mesh_.vertices.size(), kNone);
+  std::vector<Index> starts, follower(mesh_.vertices.size(), kNone);
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
     for (int i = 0; i < 3; ++i) {
       if (mesh_.neighbours[t][i] != kNone) continue;
-      const Index from = mesh_.triangles[t][i], to = mesh_.triangles[t][next3(i)];
+      starts.push_back(mesh_.triangles[t][i]);
+      follower[starts.back()] = mesh_.triangles[t][next3(i)];
+    }
+  }
+  // Loop by loop, so that edges that follow each other lie beside each other.
+  border_.reserve(starts.size());
+  for (const Index start : starts) {
+    const Index first = static_cast<Index>(border_.size());
+    for (Index from = start; fronts_[from].edge == kNone; from = follower[from]) {
+      const Index id = static_cast<Index>(border_.size()), to = follower[from];
       const Vec3 along = mesh_.vertices[to] - mesh_.vertices[from];
       const double squared = along.squaredNorm();
-      leaving[from] = static_cast<Index>(border_.size());
-      fronts_[from] = {.distance = 0.0, .edge = leaving[from]};
-      border_.push_back({.from = from, .to = to, .start = mesh_.vertices[from], .along = along,
+      fronts_[from] = {.distance = 0.0, .edge = id};
+      border_.push_back({.from = from, .to = to, .next = id + 1, .previous = id - 1, .start = mesh_.vertices[from], .along = along,
                          .inverse_squared_length = squared > 1e-18 ? 1.0 / squared : 0.0});
     }
+    if (first == static_cast<Index>(border_.size())) continue;
+    border_.back().next = first;
+    border_[first].previous = static_cast<Index>(border_.size()) - 1;
   }
   if (border_.empty()) {  // a closed surface: rings around its first vertex
     border_.push_back({.from = 0, .to = 0, .next = 0, .previous = 0, .start = mesh_.vertices[0]});
     fronts_[0] = {.distance = 0.0, .edge = 0};
-    return;
-  }
-  for (std::size_t e = 0; e < border_.size(); ++e) {
-    border_[e].next = leaving[border_[e].to];
-    border_[border_[e].next].previous = static_cast<Index>(e);
   }
 }
 
@@ -424,17 +431,17 @@ bool BorderDistance::refine(const DistanceOptions& options) {
     number[e] = static_cast<Index>(edges_.edges.size());
     edges_.edges.push_back({.from = edges[e].from, .to = edges[e].to});
   }
+  mesh_.neighbours.assign(triangles.size(), {kNone, kNone, kNone});
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (int i = 0; i < 3; ++i) {
-      Edge& edge = edges_.edges[edges_of[t][i] = number[edges_of[t][i]]];
-      (edge.from == triangles[t][i] ? edge.left : edge.right) = static_cast<Index>(t);
-    }
-  }
-  mesh_.neighbours.resize(triangles.size());
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (int i = 0; i < 3; ++i) {
-      const Edge& edge = edges_.edges[edges_of[t][i]];
-      mesh_.neighbours[t][i] = edge.left == static_cast<Index>(t) ? edge.right : edge.left;
+      const Index e = edges_of[t][i] = number[edges_of[t][i]];
+      Edge& edge = edges_.edges[e];
+      const auto [here, across] = edge.from == triangles[t][i] ? std::tie(edge.left, edge.right) : std::tie(edge.right, edge.left);
+      here = static_cast<Index>(t);
+      if (across == kNone) continue;
+      const auto& others = edges_of[across];
+      mesh_.neighbours[t][i] = across;
+      mesh_.neighbours[across][std::find(others.begin(), others.end(), e) - others.begin()] = static_cast<Index>(t);
     }
   }
   edges_.of_triangle = std::move(edges_of);

@@ -26,7 +26,6 @@ constexpr double kWidestRing = 1.15;   // widths
 constexpr double kEnoughRoom = 0.97;   // of a piece, that its beads must be able to fill
 constexpr double kStepReach = 0.75;    // widths: beads that near to a step share the area with it
 constexpr int kPowerRounds = 40;
-constexpr double kShallow = 0.35;      // widths: nothing runs nearer to the border
 constexpr double kDotGap = 0.25;       // widths of a dot, from its ends to the border ...
 constexpr double kLeastDotGap = 0.02;  // ... lengths, where it would have to be wider than it may be
 
@@ -87,11 +86,12 @@ void join_tracks(const PieceMesh& mesh, bool join, double reach, std::vector<Tra
   for (Track& track : tracks) thin_track(mesh, irregular, track);
 }
 
-// A small piece is all corners and ends: its distances must be true between them.
+// A small piece is all corners and ends: its distances must be true between them, and wherever a dot may lie. Elsewhere
+// nothing runs next to the border.
 BorderDistance border_distance(PieceMesh mesh, double width) {
   const bool small = is_small(mesh, width);
   return {std::move(mesh),
-          {.tolerance_mm = (small ? 0.03 : 0.12) * width, .min_edge_mm = (small ? 0.3 : 1.0) * width, .shallow_mm = kShallow * width}};
+          {.tolerance_mm = (small ? 0.03 : 0.12) * width, .min_edge_mm = (small ? 0.3 : 1.0) * width, .shallow_mm = (small ? 0.0 : 0.35) * width}};
 }
 
 class PieceFiller {

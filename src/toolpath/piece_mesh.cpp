@@ -162,6 +162,9 @@ std::vector<PieceMesh> split_into_pieces(const LayerStack& stack, const Sheet& s
 
     PieceMesh piece;
     std::vector<Vec3> direction;
+    for (auto* values : {&piece.thickness, &piece.rise}) values->reserve(members.size());
+    for (auto* rows : {&piece.triangles, &piece.neighbours}) rows->reserve(members.size());
+    direction.reserve(members.size());
     // One vertex for each fan of triangles around a point of the sheet.
     const auto number_fan = [&](Index triangle, int corner) {
       const Index id = static_cast<Index>(piece.vertices.size()), point = triangles[triangle][corner];
@@ -174,14 +177,7 @@ std::vector<PieceMesh> split_into_pieces(const LayerStack& stack, const Sheet& s
         while (true) {
           const Index n = neighbours[t][side == 0 ? c : prev3(c)];
           if (n == kNone) break;
-          // The pair runs oppositely in n; among its corners the point is where that edge ends (side 0) or starts.
-          const Index far = triangles[t][side == 0 ? next3(c) : prev3(c)];
-          int at = -1;
-          for (int i = 0; i < 3; ++i) {
-            const Index from = triangles[n][i], to = triangles[n][next3(i)];
-            if (side == 0 && from == far && to == point) at = next3(i);
-            if (side == 1 && from == point && to == far) at = i;
-          }
+          const int at = static_cast<int>(std::find(triangles[n].begin(), triangles[n].end(), point) - triangles[n].begin());
           if (corner_vertex[n][at] != kNone) break;
           corner_vertex[n][at] = id;
           t = n;
