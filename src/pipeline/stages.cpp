@@ -240,7 +240,7 @@ void solid(SliceState& state, const RunContext& run) {
     state.solid = envelope_solid(state, options.envelope_alpha_mm, run);
   } else {
     const auto stands = stands_on_model(state.skeleton.skeleton, state.domain.domain, state.extension.field);
-    state.solid = std::make_shared<ConvolutionSolid>(state.skeleton.skeleton, options.convolution, stands);
+    state.solid = std::make_shared<ConvolutionSolid>(state.skeleton.skeleton, options.convolution, stands, run);
   }
   state.solid = with_interface(std::move(state.solid), state.model.model, state.field.field, state.overhang, state.layer_count, options.interface);
 }

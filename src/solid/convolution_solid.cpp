@@ -9,6 +9,7 @@
 
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
+#include "curvesup/core/parallel.h"
 #include "curvesup/mesh/triangle_mesh.h"
 #include "curvesup/skeleton/stand_angle.h"
 #include "solid/convolution_kernel.h"
@@ -172,9 +173,9 @@ double ConvolutionSolid::Foot::value(const Vec3& p) const {
 double ConvolutionSolid::Foot::lipschitz() const { return std::hypot(1.0, (radius - top_radius) / height); }
 
 ConvolutionSolid::ConvolutionSolid(const Skeleton& skeleton, const ConvolutionOptions& options,
-                                   std::span<const ModelStand> stands) {
+                                   std::span<const ModelStand> stands, const RunContext& run) {
   check_options(options);
-  build(struts_of(skeleton, options.kernel_ratio, stands), options);
+  build(struts_of(skeleton, options.kernel_ratio, stands), options, run);
   add_feet(skeleton, options);
 }
 
@@ -182,7 +183,7 @@ ConvolutionSolid::ConvolutionSolid(std::span<const Strut> struts, const Convolut
   build(struts, options);
 }
 
-void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOptions& options) {
+void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOptions& options, const RunContext& run) {
   const double kappa = options.kernel_ratio;
   check_options(options);
   kernel_ratio_ = kappa;
@@ -197,6 +198,7 @@ void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOpt
       if (length <= 0.0 || s.radius_mm <= 0.0 || (s.cone_radius_mm < kNoCone) != with_cone) continue;
       const double reach = kappa * s.radius_mm;
       kernels_.push_back({s.a, (s.b - s.a) / length, length, reach});
+      balls_.push_back({0.5 * (s.a + s.b), 0.5 * length + reach + kBoundSlack});
       if (with_cone) cones_.push_back({s.cone_radius_mm + s.cone_slope * length, s.cone_slope});
       low = low.cwiseMin(s.a.cwiseMin(s.b) - Vec3::Constant(reach));
       high = high.cwiseMax(s.a.cwiseMax(s.b) + Vec3::Constant(reach));
@@ -207,7 +209,8 @@ void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOpt
   high_ = high;
   all_.resize(kernels_.size());
   std::iota(all_.begin(), all_.end(), 0);
-  for (const auto& [cell, margin] : kGrids) grids_.push_back(make_grid(cell, margin));
+  grids_.resize(std::size(kGrids));
+  parallel_for(grids_.size(), 1, run, [&](std::size_t g, std::size_t, std::size_t) { grids_[g] = make_grid(kGrids[g][0], kGrids[g][1]); });
 }
 
 void ConvolutionSolid::add_feet(const Skeleton& skeleton, const ConvolutionOptions& options) {
@@ -342,8 +345,11 @@ std::span<const Index> ConvolutionSolid::near(const Vec3& centre, double radius)
 
 void ConvolutionSolid::find_parts(const Vec3& centre, double radius, std::vector<Index>& parts) const {
   parts.clear();
+  const double more = (1.0 + kBoundSlack) * radius;
   for (const Index s : near(centre, radius)) {
-    if (kernels_[s].reaches(centre, radius)) parts.push_back(s);
+    const Ball& ball = balls_[s];  // cheaper than the strut, and away from most
+    const double limit = ball.radius + more;
+    if ((ball.centre - centre).squaredNorm() < limit * limit && kernels_[s].reaches(centre, radius)) parts.push_back(s);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "curvesup/core/run_context.h"
 #include "curvesup/field/field.h"
 #include "curvesup/skeleton/skeleton.h"
 #include "curvesup/solid/solid.h"
@@ -59,7 +60,7 @@ struct ModelStand {
 class ConvolutionSolid : public Solid {
  public:
   explicit ConvolutionSolid(const Skeleton& skeleton, const ConvolutionOptions& options = {},
-                            std::span<const ModelStand> stands = {});
+                            std::span<const ModelStand> stands = {}, const RunContext& run = {});
   explicit ConvolutionSolid(std::span<const Strut> struts, const ConvolutionOptions& options = {});
 
   [[nodiscard]] double value(const Vec3& p) const override;
@@ -107,6 +108,11 @@ class ConvolutionSolid : public Solid {
     std::vector<Index> first, struts;
     [[nodiscard]] std::span<const Index> near(const Vec3& p) const;
   };
+  // Around all that a strut reaches.
+  struct Ball {
+    Vec3 centre;
+    double radius;
+  };
   // A cone from the platform up around a trunk.
   struct Foot {
     Vec3 centre;
@@ -115,12 +121,11 @@ class ConvolutionSolid : public Solid {
     [[nodiscard]] double lipschitz() const;
   };
 
-  void build(std::span<const Strut> struts, const ConvolutionOptions& options);
+  void build(std::span<const Strut> struts, const ConvolutionOptions& options, const RunContext& run = {});
   void add_feet(const Skeleton& skeleton, const ConvolutionOptions& options);
   [[nodiscard]] Grid make_grid(double cell, double margin) const;
   [[nodiscard]] double foot_value(const Vec3& p) const;
   [[nodiscard]] bool feet_outside(const Vec3& centre, double radius) const;
-  [[nodiscard]] const Grid* grid_for(double radius) const;
   [[nodiscard]] double contribution(Index strut, const Vec3& p) const;
   // The sum over struts in ascending order; it may end as soon as it has reached `enough`.
   [[nodiscard]] double sum_over(std::span<const Index> struts, const Vec3& p, double enough) const;
@@ -132,6 +137,7 @@ class ConvolutionSolid : public Solid {
   [[nodiscard]] double thinnest_radius(std::span<const Index> near, const Vec3& centre, double radius, double enough) const;
 
   std::vector<Kernel> kernels_;
+  std::vector<Ball> balls_;
   Index first_cone_ = 0;
   std::vector<Cone> cones_;
   std::vector<Foot> feet_;
