@@ -10,7 +10,6 @@ namespace curvesup {
 
 namespace {
 
-constexpr int kRounds = 3;
 // A line along which a border vertex goes runs at no smaller slant to the border, as a sine.
 constexpr double kSlant = 0.2;
 constexpr double kSmallest = 1e-12;  // areas, volumes
@@ -47,7 +46,6 @@ class Coarsener {
     find_rings();
     find_border();
     stamp_.assign(at_.size(), 0);
-    open_.assign(at_.size(), 1);
     freedom_.resize(at_.size());
     planes_of_.assign(at_.size(), {kNone, kNone});
     along_.resize(at_.size());
@@ -210,28 +208,15 @@ class Coarsener {
     r.count = kept;
   }
 
-  // Looks at the vertices whose surroundings have changed since they were looked at.
   void sweep_border() {
-    for (int round = 0; round < kRounds; ++round) {
-      bool any = false;
-      for (Index v = 0; v < static_cast<Index>(at_.size()); ++v) {
-        if (!open_[v] || rings_[v].count == 0 || next_[v] == kNone || previous_[v] == kNone) continue;
-        open_[v] = 0;
-        any = merge_on_border(v, next_[v]) || any;
-      }
-      if (!any) return;
+    for (Index v = 0; v < static_cast<Index>(at_.size()); ++v) {
+      if (rings_[v].count > 0 && next_[v] != kNone && previous_[v] != kNone) (void)merge_on_border(v, next_[v]);
     }
   }
 
   void sweep_inside() {
-    for (int round = 0; round < kRounds; ++round) {
-      bool any = false;
-      for (Index v = 0; v < static_cast<Index>(at_.size()); ++v) {
-        if (!open_[v] || rings_[v].count == 0 || on_border(v) || fixed_[v]) continue;
-        open_[v] = 0;
-        any = merge_inside(v) || any;
-      }
-      if (!any) return;
+    for (Index v = 0; v < static_cast<Index>(at_.size()); ++v) {
+      if (rings_[v].count > 0 && !on_border(v) && !fixed_[v]) merge_inside(v);
     }
   }
 
@@ -354,7 +339,6 @@ class Coarsener {
     previous_[n] = stays;
     next_[goes] = previous_[goes] = kNone;
     place_[stays] = place;
-    open_[p] = 1;
     find_freedom(stays);
     return true;
   }
@@ -464,12 +448,8 @@ class Coarsener {
     drift_ += change_;
     surface_error_[stays] = error_after_;
     const std::size_t first = ring_.size();
-    const auto open_corners = [&](Index t) {
-      for (const Index w : corners_[t]) open_[w] = 1;
-    };
     for (Index i = 0; i < rings_[stays].count; ++i) {
       const Index t = ring_[rings_[stays].first + i];
-      open_corners(t);
       if (has(t, goes)) {
         corners_[t] = {kNone, kNone, kNone};
       } else {
@@ -479,7 +459,6 @@ class Coarsener {
     for (Index i = 0; i < rings_[goes].count; ++i) {
       const Index t = ring_[rings_[goes].first + i];
       if (!alive(t)) continue;
-      open_corners(t);
       for (Index& w : corners_[t]) {
         if (w == goes) w = stays;
       }
@@ -496,7 +475,7 @@ class Coarsener {
   };
 
   // Moves a vertex inside the sheet to the neighbour that leaves the best triangles.
-  bool merge_inside(Index v) {
+  void merge_inside(Index v) {
     clean(v);
     neighbours_.clear();
     ++now_;
@@ -509,7 +488,7 @@ class Coarsener {
         if (off <= options_.surface_mm) neighbours_.push_back({w, off});
       }
     }
-    if (neighbours_.empty()) return false;
+    if (neighbours_.empty()) return;
     const Around before = around(v);
     Neighbour best{kNone, 0.0};
     double highest = 0.0;
@@ -520,9 +499,8 @@ class Coarsener {
       highest = least_height_;
       best = u;
     }
-    if (best.vertex == kNone || !can_move(v, best.vertex, at_[best.vertex], before, best.off)) return false;
+    if (best.vertex == kNone || !can_move(v, best.vertex, at_[best.vertex], before, best.off)) return;
     move(v, best.vertex, at_[best.vertex]);
-    return true;
   }
 
   void remove_dead_triangles() {
@@ -559,7 +537,7 @@ class Coarsener {
   std::vector<Ring> rings_;
   std::vector<Index> ring_;
   std::vector<Index> next_, previous_;  // along the border, the sheet on the left
-  std::vector<char> fixed_, open_;
+  std::vector<char> fixed_;
   std::vector<Vec3> border_points_;
   std::vector<Loop> loops_;
   std::vector<Index> loop_of_, place_;  // per border vertex: which of the points it stands for

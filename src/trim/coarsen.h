@@ -29,8 +29,8 @@ struct CoarsenReport {
 // that are on the border, their neighbours there (so the border to the model stays), and where the sheet is no manifold.
 //
 // The border stays within border_mm of what it was, loops keep three vertices or more, each triangle keeps the
-// direction of its normal, its tet and, within surface_mm, its plane; pieces stay what they are. Linear in practice: a few
-// sweeps over the vertices. Unused vertices stay in the list until `compact`.
+// direction of its normal, its tet and, within surface_mm, its plane; pieces stay what they are. Linear: one sweep
+// over the vertices of the border, and one over the others. Unused vertices stay in the list until `compact`.
 CoarsenReport coarsen(TrimmedSheet& sheet, std::span<const Vec3> gradient, const CoarsenOptions& options = {});
 
 }  // namespace curvesup

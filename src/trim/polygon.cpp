@@ -210,7 +210,7 @@ class EarClipper {
 
 }  // namespace
 
-double loop_area(std::span<const Vec2> points, const Loop& loop) {
+double loop_area(std::span<const Vec2> points, std::span<const Index> loop) {
   double twice = 0.0;
   for (std::size_t i = 2; i < loop.size(); ++i) twice += twice_area(points[loop[0]], points[loop[i - 1]], points[loop[i]]);
   return 0.5 * twice;
@@ -221,6 +221,7 @@ void simplify_loop(std::span<const Vec2> points, const std::vector<char>& fixed,
   if (loop.size() < 3) return;
   std::vector<char> stays(loop.size());
   std::vector<std::size_t> ends;
+  ends.reserve(loop.size());
   for (std::size_t i = 0; i < loop.size(); ++i) {
     stays[i] = fixed[loop[i]];
     if (stays[i]) ends.push_back(i);
@@ -251,6 +252,9 @@ void simplify_loop(std::span<const Vec2> points, const std::vector<char>& fixed,
 
 std::vector<std::array<Index, 3>> triangulate_loops(std::span<const Vec2> points, const std::vector<Loop>& all) {
   std::vector<std::array<Index, 3>> triangles;
+  std::size_t points_of_all = 0;
+  for (const Loop& loop : all) points_of_all += loop.size() + 2;  // a bridge makes two more
+  triangles.reserve(points_of_all);
   if (all.size() == 1 && all[0].size() >= 3 && loop_area(points, all[0]) >= 0.0) {
     EarClipper(points, all[0], triangles).run();
     return triangles;

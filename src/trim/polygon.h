@@ -13,7 +13,7 @@ using Vec2 = Eigen::Vector2d;
 // Ids into a list of points; closed, the region on its left: outer loops run counter-clockwise, holes clockwise.
 using Loop = std::vector<Index>;
 
-[[nodiscard]] double loop_area(std::span<const Vec2> points, const Loop& loop);
+[[nodiscard]] double loop_area(std::span<const Vec2> points, std::span<const Index> loop);
 
 // Removes points that lie within `tolerance` of the straight line between those that stay. Points for
 // which `fixed` is true stay. What is left of a loop without area may have fewer than three points.

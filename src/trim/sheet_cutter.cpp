@@ -218,13 +218,14 @@ void SheetCutter::add_polygon(std::span<const Index> corners, Index tet, const N
   // A point of the polygon lies in the ball around at least one of its edges.
   double step = std::numeric_limits<double>::infinity();
   bool mixed = false;
+  std::array<Edge, 4> edges{};
   for (int e = 0; e < sides; ++e) {
-    const Edge& found = edge(ring[e], ring[(e + 1) % 4]);
-    step = std::min(step, found.step);
-    mixed = mixed || found.side == EdgeSide::mixed;
+    edges[e] = edge(ring[e], ring[(e + 1) % 4]);
+    step = std::min(step, edges[e].step);
+    mixed = mixed || edges[e].side == EdgeSide::mixed;
   }
-  start_lattice(ring, step);
-  for (int e = 0; e < sides; ++e) take_edge(ring, e, edge(ring[e], ring[(e + 1) % 4]));
+  start_lattice(ring, edges, step);
+  for (int e = 0; e < sides; ++e) take_edge(ring, e, edges[e]);
   const int rows = lattice_.rows();
   sample_halves({0, rows, 0.0, 1.0});
   if (!mixed && (all_inside || all_outside) && lattice_.all_on(all_inside)) {
@@ -264,10 +265,10 @@ SheetCutter::Corners SheetCutter::rows_of_quadrilateral(std::span<const Index> q
   return {q[(last + 3) % 4], q[last], q[(last + 1) % 4], q[(last + 2) % 4]};
 }
 
-void SheetCutter::start_lattice(const Corners& ring, double step) {
+void SheetCutter::start_lattice(const Corners& ring, const std::array<Edge, 4>& edges, double step) {
   const auto count = [&](int side) {
     const Index from = ring[side], to = ring[(side + 1) % 4];
-    return from == to ? 0 : std::max(edge(from, to).intervals, intervals(length(from, to), step));
+    return from == to ? 0 : std::max(edges[side].intervals, intervals(length(from, to), step));
   };
   RowLattice::Size size{std::max(count(0), count(2)), count(3), count(1)};
   size.bottom = std::max(size.top, size.bottom);
@@ -523,7 +524,9 @@ void SheetCutter::triangulate(Index tet, double area) {
   }
   std::vector<Loop> traced, loops;
   for (std::size_t start = 0; start < border_.size(); ++start) {
+    if (border_[start].next == kNone) continue;
     Loop loop;
+    loop.reserve(border_.size());
     for (Index i = static_cast<Index>(start); border_[i].next != kNone;) {
       loop.push_back(i);
       i = std::exchange(border_[i].next, kNone);
@@ -546,7 +549,7 @@ void SheetCutter::triangulate(Index tet, double area) {
   };
   const auto covered = [&] {
     double sum = 0.0;
-    for (const auto& t : triangles) sum += std::abs(loop_area(evened_, {t[0], t[1], t[2]}));
+    for (const auto& t : triangles) sum += std::abs(loop_area(evened_, t));
     return sum;
   };
   if (std::abs(enclosed() - covered()) > 1e-9 * area) {

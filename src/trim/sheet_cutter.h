@@ -83,7 +83,7 @@ class SheetCutter {
   [[nodiscard]] double length(Index a, Index b) const;
   [[nodiscard]] Corners rows_of_triangle(std::span<const Index> t) const;
   [[nodiscard]] Corners rows_of_quadrilateral(std::span<const Index> q) const;
-  void start_lattice(const Corners& ring, double step);
+  void start_lattice(const Corners& ring, const std::array<Edge, 4>& edges, double step);
   void take_edge(const Corners& ring, int corner, const Edge& edge);
   template <typename Visit>
   void for_nodes(const Block& block, const Visit& visit);

@@ -128,7 +128,7 @@ Quantiles quantiles(std::vector<std::pair<double, double>> samples) {
 // Heights of the triangles of one material, with their areas; and the volume over them, clipped at the platform.
 struct Heights {
   std::vector<std::pair<double, double>> samples;
-  double volume = 0.0;
+  double area = 0.0, volume = 0.0;
 };
 
 Heights heights(const LayerStack& stack, const ScalarField& field, Material material) {
@@ -143,6 +143,7 @@ Heights heights(const LayerStack& stack, const ScalarField& field, Material mate
       const double thickness = 1.0 / (stack.count * sheet.passes * field.gradient[tet].norm());
       const double area = triangle_area(a, b, c);
       const double tip = (a.z() + b.z() + c.z()) / 3.0 + 0.5 * thickness * print_direction(field, tet).z();
+      result.area += area;
       result.volume += area * std::clamp(tip, 0.0, thickness);
       if (sheet.passes == 1) {
         area_in_tet[tet] += area;
@@ -154,6 +155,14 @@ Heights heights(const LayerStack& stack, const ScalarField& field, Material mate
   for (std::size_t t = 0; t < area_in_tet.size(); ++t) {
     if (area_in_tet[t] > 0.0) result.samples.emplace_back(1.0 / (stack.count * field.gradient[t].norm()), area_in_tet[t]);
   }
+  return result;
+}
+
+std::array<Heights, kMaterialCount> heights(const LayerStack& stack, const ScalarField& field, const RunContext& run) {
+  std::array<Heights, kMaterialCount> result;
+  parallel_for(kMaterialCount, 1, run, [&](std::size_t m, std::size_t, std::size_t) {
+    result[m] = heights(stack, field, static_cast<Material>(m));
+  });
   return result;
 }
 
@@ -198,23 +207,21 @@ LayerStack assemble(const LayerStack& untrimmed, std::vector<TrimmedSheet> sheet
   return stack;
 }
 
-double support_area(const LayerStack& stack) {
-  double sum = 0.0;
-  for (const Sheet& sheet : stack.sheets) {
-    if (sheet.material != Material::support) continue;
-    for (Index i = sheet.first_triangle; i < sheet.first_triangle + sheet.triangle_count; ++i) {
-      const auto& t = stack.triangles[i];
-      sum += triangle_area(stack.vertices[t[0]], stack.vertices[t[1]], stack.vertices[t[2]]);
-    }
+// Volume up to one factor, before and after sheets got as few triangles as will do.
+struct Coarsening {
+  double before = 0.0, after = 0.0;
+  void operator+=(const Coarsening& other) {
+    before += other.before;
+    after += other.after;
   }
-  return sum;
-}
+};
 
 // What is printed of one layer, its passes among it.
 struct TrimmedLayer {
   std::vector<TrimmedSheet> sheets;
   std::vector<RemovedPiece> removed;
   TrimAreas areas;
+  Coarsening coarsening;
   Index pieces = 0, pieces_in_passes = 0;
 };
 
@@ -254,56 +261,33 @@ void drop_floating(const Domain& domain, const ScalarField& field, int layer_cou
   }
 }
 
-// The model's sheets, with vertices of their own.
-std::vector<TrimmedSheet> model_sheets(const LayerStack& stack, const RunContext& run) {
-  std::vector<TrimmedSheet> result;
-  for (const Sheet& sheet : stack.sheets) {
-    if (sheet.material == Material::model) result.emplace_back().head = sheet;
-  }
-  parallel_for(result.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t s = begin; s < end; ++s) {
-      TrimmedSheet& sheet = result[s];
-      const VertexRange range = vertex_range(stack, sheet.head);
-      std::vector<Index> local(range.count, kNone);
-      const Index first = sheet.head.first_triangle, last = first + sheet.head.triangle_count;
-      sheet.triangles.assign(stack.triangles.begin() + first, stack.triangles.begin() + last);
-      sheet.triangle_tet.assign(stack.triangle_tet.begin() + first, stack.triangle_tet.begin() + last);
-      for (auto& t : sheet.triangles) {
-        for (Index& v : t) {
-          Index& id = local[v - range.low];
-          if (id == kNone) {
-            id = static_cast<Index>(sheet.vertices.size());
-            sheet.vertices.push_back(stack.vertices[v]);
-            sheet.source.push_back(v);
-          }
-          v = id;
-        }
+// A sheet of the model, with vertices of its own.
+TrimmedSheet model_sheet(const LayerStack& stack, const Sheet& head) {
+  TrimmedSheet sheet;
+  sheet.head = head;
+  const VertexRange range = vertex_range(stack, head);
+  std::vector<Index> local(range.count, kNone);
+  const Index first = head.first_triangle, last = first + head.triangle_count;
+  sheet.triangles.assign(stack.triangles.begin() + first, stack.triangles.begin() + last);
+  sheet.triangle_tet.assign(stack.triangle_tet.begin() + first, stack.triangle_tet.begin() + last);
+  for (auto& t : sheet.triangles) {
+    for (Index& v : t) {
+      Index& id = local[v - range.low];
+      if (id == kNone) {
+        id = static_cast<Index>(sheet.vertices.size());
+        sheet.vertices.push_back(stack.vertices[v]);
+        sheet.source.push_back(v);
       }
+      v = id;
     }
-  });
-  return result;
+  }
+  return sheet;
 }
 
-// Gives every sheet as few triangles as will do. Returns how much volume that makes, relative, of the material where it is most.
-double coarsen_sheets(const ScalarField& field, std::vector<TrimmedSheet>& sheets, const RunContext& run) {
-  std::vector<CoarsenReport> reports(sheets.size());
-  parallel_for(sheets.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i) {
-      reports[i] = coarsen(sheets[i], field.gradient);
-      compact(sheets[i]);
-    }
-  });
-  std::array<double, kMaterialCount> before{}, after{};
-  for (std::size_t i = 0; i < sheets.size(); ++i) {
-    const int m = static_cast<int>(sheets[i].head.material);
-    before[m] += reports[i].volume_before / sheets[i].head.passes;
-    after[m] += reports[i].volume_after / sheets[i].head.passes;
-  }
-  double most = 0.0;
-  for (int m = 0; m < kMaterialCount; ++m) {
-    if (before[m] > 0.0) most = std::max(most, std::abs(after[m] / before[m] - 1.0));
-  }
-  return most;
+Coarsening make_coarse(const ScalarField& field, TrimmedSheet& sheet) {
+  const CoarsenReport report = coarsen(sheet, field.gradient);
+  compact(sheet);
+  return {report.volume_before / sheet.head.passes, report.volume_after / sheet.head.passes};
 }
 
 // Divides a trimmed layer into what is laid at once and what in passes; marks and lists the pieces below the smallest area.
@@ -360,37 +344,50 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
                        const TrimOptions& options, const RunContext& run) {
   check_options(options);
   const ReachableTets reachable(domain, field, solid, run);
-  std::vector<const Sheet*> support_sheets;
+  std::vector<const Sheet*> model_sheets, support_sheets;
   for (const Sheet& sheet : untrimmed.sheets) {
-    if (sheet.material == Material::support) support_sheets.push_back(&sheet);
+    (sheet.material == Material::model ? model_sheets : support_sheets).push_back(&sheet);
   }
 
   TrimResult result;
   TrimReport& report = result.report;
-  const Heights model = heights(untrimmed, field, Material::model);
-  report.model_thickness_p50_mm = quantiles(model.samples).p50;
+  std::array<Heights, kMaterialCount> before = heights(untrimmed, field, run);
+  report.areas.untrimmed_mm2 = before[static_cast<int>(Material::support)].area;
+  report.model_thickness_p50_mm = quantiles(std::move(before[static_cast<int>(Material::model)].samples)).p50;
   report.max_height_mm = options.max_height_mm > 0.0 ? options.max_height_mm : usual_max_height(options, report);
   // Without a limit and without a model to take it from, nothing is divided.
   const bool divide = report.max_height_mm > 0.0;
 
+  // Each sheet is made coarse at once, while it is in the cache.
   std::vector<TrimmedLayer> layers(support_sheets.size());
+  std::vector<TrimmedSheet> printed_sheets(model_sheets.size());
+  std::vector<Coarsening> model_coarsening(model_sheets.size());
+  const std::size_t tasks = layers.size() + model_sheets.size();
   std::atomic<std::size_t> done{0};
-  parallel_for(layers.size(), 1, run, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t s = begin; s < end; ++s) {
-      TrimmedSheet sheet = trim_sheet(untrimmed, *support_sheets[s], reachable, solid, options);
+  parallel_for(tasks, 1, run, [&](std::size_t task, std::size_t, std::size_t) {
+    if (task < layers.size()) {
+      TrimmedSheet sheet = trim_sheet(untrimmed, *support_sheets[task], reachable, solid, options);
       find_pieces(sheet, field, untrimmed.count);
-      layers[s] = divide_layer(domain, field, untrimmed.count, reachable, solid, std::move(sheet), options,
-                               divide ? report.max_height_mm : std::numeric_limits<double>::infinity());
-      run.progress(static_cast<double>(++done) / static_cast<double>(layers.size()));
+      TrimmedLayer& layer = layers[task];
+      layer = divide_layer(domain, field, untrimmed.count, reachable, solid, std::move(sheet), options,
+                           divide ? report.max_height_mm : std::numeric_limits<double>::infinity());
+      for (TrimmedSheet& printed : layer.sheets) layer.coarsening += make_coarse(field, printed);
+    } else {
+      const std::size_t m = task - layers.size();
+      printed_sheets[m] = model_sheet(untrimmed, *model_sheets[m]);
+      model_coarsening[m] = make_coarse(field, printed_sheets[m]);
     }
+    run.progress(static_cast<double>(++done) / static_cast<double>(tasks));
   });
   drop_floating(domain, field, untrimmed.count, solid, options, layers, run);
-  std::vector<TrimmedSheet> printed_sheets = model_sheets(untrimmed, run);
+  std::array<Coarsening, kMaterialCount> coarsening;
+  for (const Coarsening& sheet : model_coarsening) coarsening[static_cast<int>(Material::model)] += sheet;
   for (TrimmedLayer& layer : layers) {
     report.areas.kept_mm2 += layer.areas.kept_mm2;
     report.areas.in_passes_mm2 += layer.areas.in_passes_mm2;
     report.areas.cut_away_mm2 += layer.areas.cut_away_mm2;
     report.areas.removed_mm2 += layer.areas.removed_mm2;
+    coarsening[static_cast<int>(Material::support)] += layer.coarsening;
     report.removed.insert(report.removed.end(), layer.removed.begin(), layer.removed.end());
     report.support_pieces += layer.pieces;
     report.pieces_in_passes += layer.pieces_in_passes;
@@ -402,22 +399,18 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
     }
     report.support_layers += printed;
   }
-  report.areas.untrimmed_mm2 = support_area(untrimmed);
-  const double coarsening = coarsen_sheets(field, printed_sheets, run);
+  double coarsened = 0.0;
+  for (const Coarsening& c : coarsening) {
+    if (c.before > 0.0) coarsened = std::max(coarsened, std::abs(c.after / c.before - 1.0));
+  }
   result.stack = assemble(untrimmed, std::move(printed_sheets));
   report.triangles = static_cast<Index>(result.stack.triangles.size());
 
-  std::array<Heights, kMaterialCount> printed;
-  Heights untrimmed_support;
-  parallel_for(kMaterialCount + 1, 1, run, [&](std::size_t begin, std::size_t, std::size_t) {
-    if (begin == kMaterialCount) {
-      untrimmed_support = heights(untrimmed, field, Material::support);
-    } else {
-      printed[begin] = heights(result.stack, field, static_cast<Material>(begin));
-    }
-  });
-  report.untrimmed_volume_mm3 = {model.volume, untrimmed_support.volume};
-  for (int m = 0; m < kMaterialCount; ++m) report.printed_volume_mm3[m] = printed[m].volume;
+  std::array<Heights, kMaterialCount> printed = heights(result.stack, field, run);
+  for (int m = 0; m < kMaterialCount; ++m) {
+    report.untrimmed_volume_mm3[m] = before[m].volume;
+    report.printed_volume_mm3[m] = printed[m].volume;
+  }
   const Quantiles height = quantiles(std::move(printed[static_cast<int>(Material::support)].samples));
   report.support_height_min_mm = height.min;
   report.support_height_p50_mm = height.p50;
@@ -428,7 +421,7 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
   const double lost = a.untrimmed_mm2 - (a.kept_mm2 + a.in_passes_mm2 + a.cut_away_mm2 + a.removed_mm2);
   report.checks.push_back(check_at_most("trim.area_conserved", std::abs(lost) / std::max(a.untrimmed_mm2, 1.0), 1e-9,
                                         "untrimmed area less kept, in passes, cut away and removed, relative"));
-  report.checks.push_back(check_at_most("trim.coarsening_volume", coarsening, 1e-3,
+  report.checks.push_back(check_at_most("trim.coarsening_volume", coarsened, 1e-3,
                                         "change of a material's volume by making its triangles fewer, relative"));
   if (divide) {
     const double most = options.max_height_mm > 0.0 ? 1.25 * options.max_height_mm : 1.5 * report.model_thickness_p50_mm;

@@ -122,8 +122,7 @@ void compact(TrimmedSheet& sheet) {
   sheet.source.shrink_to_fit();
   sheet.triangles.shrink_to_fit();
   sheet.triangle_tet.shrink_to_fit();
-  sheet.triangle_piece = {};
-  sheet.pieces = {};
+  sheet.triangle_piece.shrink_to_fit();
 }
 
 }  // namespace curvesup

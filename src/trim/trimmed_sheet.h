@@ -37,7 +37,7 @@ void find_pieces(TrimmedSheet& sheet, const ScalarField& field, int layer_count)
 // Removes the triangles of the pieces for which keep is false; pieces keep their numbers.
 void keep_pieces(TrimmedSheet& sheet, const std::vector<char>& keep);
 
-// Gives back the memory of vertices that no triangle uses, and of the pieces; the triangles keep their order.
+// Gives back the memory of vertices that no triangle uses; the triangles keep their order.
 void compact(TrimmedSheet& sheet);
 
 }  // namespace curvesup
