@@ -15,14 +15,14 @@ constexpr double kLineSlack = 1e-3;       // mm
 constexpr double kKinkCosine = 0.8;       // of the angle between ways to the border that do not belong to one front
 constexpr double kSameSideCosine = -0.3;  // of that between ways from two meetings to one side
 constexpr double kOtherSlope = 0.3;       // by which the slope in the middle of an edge is off the mean slope up to there, past a kink
-constexpr double kHiddenKink = 0.165;     // of the tolerance, where two fronts meet nearer to one end than to the middle
+constexpr double kHiddenKink = 0.25;      // of the tolerance, where two fronts meet nearer to one end than to the middle
 constexpr double kStraight = 0.25;        // of the tolerance, for a front to reach a border vertex straight
 constexpr double kEqual = 5e-4;           // mm, between distances to both sides of the medial line
 constexpr double kLargestShift = 0.05;    // mm, by which one side may still come nearer
 constexpr double kSnap = 0.04;            // of an edge: fronts that meet so near to its end meet there
 constexpr double kShortest = 0.02;        // mm, of edges that are cut where fronts meet
 constexpr int kMostSearches = 10;         // for that place
-constexpr int kMostCuts = 3;              // of an edge, one after the other
+constexpr int kMostCuts = 4;              // of an edge, one after the other
 constexpr int kMostSteps = 1000;
 
 Vec3 middle_normal(const Vec3& a, const Vec3& b) {
@@ -300,7 +300,6 @@ Index BorderDistance::cut_edge(Index a, Index b, const DistanceOptions& options)
   if (from_a.way.dot(from_b.way) < kKinkCosine * from_a.distance * from_b.distance) return cut_at_kink(a, b, from_a, from_b);
   if (length < options.min_edge_mm) return kNone;
   const Front& nearer = from_a.distance < from_b.distance ? from_a : from_b;
-  if (std::max({at_a->distance, at_b->distance, nearer.distance}) < options.shallow_mm) return kNone;
   const bool kink = hides_kink(*at_a, nearer, whole) || hides_kink(*at_b, nearer, -whole);
   const double off = nearer.distance - 0.5 * (at_a->distance + at_b->distance);
   return std::abs(off) > (kink ? kHiddenKink : 1.0) * options.tolerance_mm ? add_vertex(a, b, 0.5, nearer) : kNone;

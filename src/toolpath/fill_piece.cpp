@@ -90,8 +90,7 @@ void join_tracks(const PieceMesh& mesh, bool join, double reach, std::vector<Tra
 // nothing runs next to the border.
 BorderDistance border_distance(PieceMesh mesh, double width) {
   const bool small = is_small(mesh, width);
-  return {std::move(mesh),
-          {.tolerance_mm = (small ? 0.03 : 0.12) * width, .min_edge_mm = (small ? 0.3 : 1.0) * width, .shallow_mm = (small ? 0.0 : 0.35) * width}};
+  return {std::move(mesh), {.tolerance_mm = (small ? 0.03 : 0.08) * width, .min_edge_mm = (small ? 0.3 : 0.75) * width}};
 }
 
 class PieceFiller {
