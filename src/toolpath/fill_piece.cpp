@@ -86,8 +86,7 @@ void join_tracks(const PieceMesh& mesh, bool join, double reach, std::vector<Tra
   for (Track& track : tracks) thin_track(mesh, irregular, track);
 }
 
-// A small piece is all corners and ends: its distances must be true between them, and wherever a dot may lie. Elsewhere
-// nothing runs next to the border.
+// A small piece is all corners and ends: its distances must be true between them.
 BorderDistance border_distance(PieceMesh mesh, double width) {
   const bool small = is_small(mesh, width);
   return {std::move(mesh), {.tolerance_mm = (small ? 0.03 : 0.08) * width, .min_edge_mm = (small ? 0.3 : 0.75) * width}};
