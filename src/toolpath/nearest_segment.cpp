@@ -50,13 +50,12 @@ SegmentGrid::SegmentGrid(std::span<const Segment> segments, double reach)
   }
 }
 
-NearestSegment SegmentGrid::nearest(const Place& place, double farthest, std::array<Index, 2> guesses) const {
+NearestSegment SegmentGrid::nearest(const Place& place, double farthest, Index guess) const {
   NearestSegment best;
   const auto within = [](double reach) { return static_cast<float>(reach * reach); };
-  for (const Index guess : guesses) {
-    if (guess == kNone || guess == best.id || segments_[guess].normal.dot(place.normal) < kSameSide) continue;
-    const float squared = (1.0F + kRounding) * static_cast<float>(segments_[guess].squared_distance(place.position));
-    if (best.id == kNone || squared < best.squared) best = {guess, squared};
+  if (guess != kNone && segments_[guess].normal.dot(place.normal) >= kSameSide) {
+    best = {guess, static_cast<float>(segments_[guess].squared_distance(place.position))};
+    best.squared += kRounding * best.squared;
   }
   const double close = std::min(reach_, farthest);
   if (best.id == kNone || best.squared > within(close)) best = {kNone, within(close)};

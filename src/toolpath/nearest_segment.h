@@ -72,8 +72,8 @@ class SegmentGrid {
   SegmentGrid(std::span<const Segment> segments, double reach);
 
   // The nearest of the segments within `farthest` whose surface faces the same way, in single precision; of equal ones the
-  // first. With good guesses, segments or kNone, it is found sooner. O(1) for segments not much longer than the reach.
-  [[nodiscard]] NearestSegment nearest(const Place& place, double farthest, std::array<Index, 2> guesses = {kNone, kNone}) const;
+  // first. With a good guess, a segment or kNone, it is found sooner. O(1) for segments not much longer than the reach.
+  [[nodiscard]] NearestSegment nearest(const Place& place, double farthest, Index guess = kNone) const;
 
  private:
   static constexpr int kLanes = 4;

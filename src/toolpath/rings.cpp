@@ -28,13 +28,12 @@ std::vector<int> rings_below(const BorderDistance& distance, double width, int m
 // slopes at its ends, or by the line where those do not belong to one front.
 double crossing(const BorderDistance& distance, Index a, Index b, double value) {
   constexpr int kNewtonSteps = 2;
-  constexpr double kStraight = 0.25;  // mm: edges along which nothing bends
   constexpr double kOneFront = 0.35;  // by which slopes may be off the mean slope
   const double from = distance.distance(a), rise = distance.distance(b) - from;
   const double linear = (value - from) / rise;
   const Vec3 edge = distance.mesh().vertices[b] - distance.mesh().vertices[a];
   const double length = edge.norm();
-  if (length < kStraight) return linear;
+  if (length < 1e-6) return linear;
   const auto [at_a, at_b] = distance.alike(a, b);
   double slope_a = -at_a->way.dot(edge) / std::max(from, 1e-9);
   double slope_b = -at_b->way.dot(edge) / std::max(from + rise, 1e-9);
@@ -128,15 +127,13 @@ std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridg
   }
   std::vector<char> done(slot[n], 0);
   std::vector<Ring> rings;
-  std::vector<TrackPoint> points;
-  std::vector<char> keep;
   for (std::size_t seed = 0; seed < n; ++seed) {
     for (Index s = slot[seed]; s < slot[seed + 1]; ++s) {
       if (done[s]) continue;
       const int level = lowest(static_cast<Index>(seed)) + (s - slot[seed]);
       const double value = (level + 0.5) * width;
-      points.clear();
-      keep.clear();
+      Ring ring{{.kind = PathKind::contour, .closed = true, .level = level, .points = {}}, {}};
+      std::vector<TrackPoint>& points = ring.track.points;
       bool whole = true;
       for (Index t = static_cast<Index>(seed);;) {
         char& mark = done[slot[t] + level - lowest(t)];
@@ -154,7 +151,7 @@ std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridg
         point.normal = (mesh.normals[a] + part * (mesh.normals[b] - mesh.normals[a])).normalized();
         point.triangle = t;
         points.push_back(point);
-        keep.push_back(!ridge.replaces_ring(level, a, b, point.position));
+        ring.keep.push_back(!ridge.replaces_ring(level, a, b, point.position));
         t = mesh.neighbours[t][exit];
         if (t == kNone) {
           whole = false;
@@ -162,11 +159,8 @@ std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridg
         }
       }
       if (points.size() < 3) continue;
-      Ring& ring = rings.emplace_back();
       ring.track.closed = whole;
-      ring.track.level = level;
-      ring.track.points = points;
-      ring.keep = keep;
+      rings.push_back(std::move(ring));
     }
   }
   std::stable_sort(rings.begin(), rings.end(), [](const Ring& x, const Ring& y) { return x.track.level < y.track.level; });

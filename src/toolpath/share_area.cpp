@@ -139,7 +139,7 @@ class AreaShares {
     for (const auto& [a, b, c] : mesh_.triangles) {
       if (!near[a] && !near[b] && !near[c]) continue;
       for (const Index v : {a, b, c}) {
-        if (corner_at[v] == kNone) corner_at[v] = add_corner({mesh_.vertices[v], mesh_.normals[v]}, {guess, kNone});
+        if (corner_at[v] == kNone) corner_at[v] = add_corner({mesh_.vertices[v], mesh_.normals[v]}, guess);
         guess = corners_[corner_at[v]].owner.id;
       }
       hand_out({{corner_at[a], corner_at[b], corner_at[c]}, triangle_area(mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c])});
@@ -164,8 +164,8 @@ class AreaShares {
     return near;
   }
 
-  Index add_corner(const Place& place, std::array<Index, 2> guesses) {
-    corners_.push_back({place, grid_->nearest(place, kFarthest * beads_.width, guesses)});
+  Index add_corner(const Place& place, Index guess) {
+    corners_.push_back({place, grid_->nearest(place, kFarthest * beads_.width, guess)});
     return static_cast<Index>(corners_.size()) - 1;
   }
 
@@ -176,7 +176,7 @@ class AreaShares {
       if (cuts_[k].to == b) return cuts_[k].middle;
     }
     const Place &at_a = corners_[a].place, &at_b = corners_[b].place;
-    const Index middle = add_corner({0.5 * (at_a.position + at_b.position), 0.5 * (at_a.normal + at_b.normal)}, {corners_[a].owner.id, corners_[b].owner.id});
+    const Index middle = add_corner({0.5 * (at_a.position + at_b.position), 0.5 * (at_a.normal + at_b.normal)}, corners_[a].owner.id);
     cuts_.push_back({b, middle, corners_[a].first_cut});
     corners_[a].first_cut = static_cast<Index>(cuts_.size()) - 1;
     return middle;

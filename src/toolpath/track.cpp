@@ -19,12 +19,6 @@ bool barycentric(const PieceMesh& mesh, Index triangle, const Vec3& p, std::arra
   return true;
 }
 
-// How far along an edge a point on it lies, as a part of its length.
-double part_of_edge(const PieceMesh& mesh, Index from, Index to, const Vec3& position) {
-  const Vec3 edge = mesh.vertices[to] - mesh.vertices[from];
-  return std::clamp((position - mesh.vertices[from]).dot(edge) / std::max(edge.squaredNorm(), 1e-18), 0.0, 1.0);
-}
-
 }  // namespace
 
 void turn_round(Track& track) {
@@ -79,9 +73,7 @@ double distance_at(const BorderDistance& distance, Index triangle, const Vec3& p
 Walk walk_straight(const BorderDistance& distance, const SurfacePoint& start, const Vec3& direction, double length,
                    double stop_distance) {
   const PieceMesh& mesh = distance.mesh();
-  constexpr std::size_t kUsual = 8;  // points of a walk
   Walk walk;
-  walk.points.reserve(kUsual);
   walk.end = start;
   Vec3 heading = direction;
   Index entered_from = kNone;
@@ -89,11 +81,11 @@ Walk walk_straight(const BorderDistance& distance, const SurfacePoint& start, co
   for (int step = 0; step < 2000; ++step) {
     const Index t = walk.end.triangle;
     const auto& corner = mesh.triangles[t];
-    const Vec3 across_plane = (mesh.vertices[corner[1]] - mesh.vertices[corner[0]])
-                                  .cross(mesh.vertices[corner[2]] - mesh.vertices[corner[0]]);
-    const double area = across_plane.norm();
+    const Vec3 normal = (mesh.vertices[corner[1]] - mesh.vertices[corner[0]])
+                            .cross(mesh.vertices[corner[2]] - mesh.vertices[corner[0]]);
+    const double area = normal.norm();
     if (area < 1e-12) break;
-    const Vec3 up = across_plane / area;
+    const Vec3 up = normal / area;
     heading -= up * up.dot(heading);
     if (heading.norm() < 1e-9) break;
     heading.normalize();
@@ -105,7 +97,7 @@ Walk walk_straight(const BorderDistance& distance, const SurfacePoint& start, co
       const Vec3 edge = mesh.vertices[corner[next3(i)]] - from;
       const Vec3 outward = edge.cross(up);
       const double speed = heading.dot(outward);
-      if (speed <= 0.0 || speed * speed <= 1e-24 * edge.squaredNorm()) continue;
+      if (speed <= 1e-12 * edge.norm()) continue;
       if (mesh.neighbours[t][i] == entered_from && entered_from != kNone) continue;
       const double at = std::max(0.0, (from - walk.end.position).dot(outward) / speed);
       if (at < reach) reach = at, exit = i;
@@ -114,10 +106,8 @@ Walk walk_straight(const BorderDistance& distance, const SurfacePoint& start, co
     double advance = std::min(reach, length - walk.length);
     Vec3 next = walk.end.position + advance * heading;
     bool done = advance >= length - walk.length;
-    const Index a = corner[exit], b = corner[next3(exit)];
-    const double at_exit = part_of_edge(mesh, a, b, next);
     if (stop_distance >= 0.0) {
-      const double there = done ? distance_at(distance, t, next) : distance.distance(a) + at_exit * (distance.distance(b) - distance.distance(a));
+      const double there = distance_at(distance, t, next);
       if ((here - stop_distance) * (there - stop_distance) <= 0.0 && here != there) {
         const double part = (here - stop_distance) / (here - there);
         advance *= part;
@@ -128,13 +118,12 @@ Walk walk_straight(const BorderDistance& distance, const SurfacePoint& start, co
     }
     walk.length += advance;
     walk.end.position = next;
-    const Vec3 normal = done ? normal_at(mesh, t, next) : (mesh.normals[a] + at_exit * (mesh.normals[b] - mesh.normals[a])).normalized();
-    walk.points.push_back({next, normal, 0.0, t});
+    walk.points.push_back({next, normal_at(mesh, t, next), 0.0, t});
     if (done) break;
     const Index across = mesh.neighbours[t][exit];
     if (across == kNone) break;
     // Unroll the next triangle about the edge: what runs along the edge stays, what runs out turns with the plane.
-    const Vec3 along = (mesh.vertices[b] - mesh.vertices[a]).normalized();
+    const Vec3 along = (mesh.vertices[corner[next3(exit)]] - mesh.vertices[corner[exit]]).normalized();
     const auto& other = mesh.triangles[across];
     const Vec3 other_normal = (mesh.vertices[other[1]] - mesh.vertices[other[0]])
                                   .cross(mesh.vertices[other[2]] - mesh.vertices[other[0]]);
