@@ -198,7 +198,6 @@ void ConvolutionSolid::build(std::span<const Strut> struts, const ConvolutionOpt
       if (length <= 0.0 || s.radius_mm <= 0.0 || (s.cone_radius_mm < kNoCone) != with_cone) continue;
       const double reach = kappa * s.radius_mm;
       kernels_.push_back({s.a, (s.b - s.a) / length, length, reach});
-      balls_.push_back({0.5 * (s.a + s.b), 0.5 * length + reach + kBoundSlack});
       if (with_cone) cones_.push_back({s.cone_radius_mm + s.cone_slope * length, s.cone_slope});
       low = low.cwiseMin(s.a.cwiseMin(s.b) - Vec3::Constant(reach));
       high = high.cwiseMax(s.a.cwiseMax(s.b) + Vec3::Constant(reach));
@@ -345,11 +344,8 @@ std::span<const Index> ConvolutionSolid::near(const Vec3& centre, double radius)
 
 void ConvolutionSolid::find_parts(const Vec3& centre, double radius, std::vector<Index>& parts) const {
   parts.clear();
-  const double more = (1.0 + kBoundSlack) * radius;
   for (const Index s : near(centre, radius)) {
-    const Ball& ball = balls_[s];  // cheaper than the strut, and away from most
-    const double limit = ball.radius + more;
-    if ((ball.centre - centre).squaredNorm() < limit * limit && kernels_[s].reaches(centre, radius)) parts.push_back(s);
+    if (kernels_[s].reaches(centre, radius)) parts.push_back(s);
   }
 }
 

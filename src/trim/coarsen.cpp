@@ -210,7 +210,7 @@ class Coarsener {
 
   void sweep_border() {
     for (Index v = 0; v < static_cast<Index>(at_.size()); ++v) {
-      if (rings_[v].count > 0 && next_[v] != kNone && previous_[v] != kNone) (void)merge_on_border(v, next_[v]);
+      if (rings_[v].count > 0 && next_[v] != kNone && previous_[v] != kNone) merge_on_border(v, next_[v]);
     }
   }
 

@@ -108,11 +108,6 @@ class ConvolutionSolid : public Solid {
     std::vector<Index> first, struts;
     [[nodiscard]] std::span<const Index> near(const Vec3& p) const;
   };
-  // Around all that a strut reaches.
-  struct Ball {
-    Vec3 centre;
-    double radius;
-  };
   // A cone from the platform up around a trunk.
   struct Foot {
     Vec3 centre;
@@ -137,7 +132,6 @@ class ConvolutionSolid : public Solid {
   [[nodiscard]] double thinnest_radius(std::span<const Index> near, const Vec3& centre, double radius, double enough) const;
 
   std::vector<Kernel> kernels_;
-  std::vector<Ball> balls_;
   Index first_cone_ = 0;
   std::vector<Cone> cones_;
   std::vector<Foot> feet_;
