@@ -108,9 +108,8 @@ void close_arcs(const BorderDistance& distance, std::vector<Track>& arcs, double
   }
 }
 
-}  // namespace
-
-std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridge, double width, int max_rings) {
+// Every place where the distance is (i + 1/2) w, as one closed line each, marked where a centre line takes its place.
+std::vector<Ring> trace_levels(const BorderDistance& distance, const Ridge& ridge, double width, int max_rings) {
   const PieceMesh& mesh = distance.mesh();
   const std::size_t n = mesh.triangles.size();
   // One slot for each pair of a triangle and a level that crosses it.
@@ -127,71 +126,75 @@ std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridg
   }
   std::vector<char> done(slot[n], 0);
   std::vector<Ring> rings;
+  const auto trace = [&](Index seed, int level) {
+    Ring ring{{.kind = PathKind::contour, .closed = true, .level = level, .points = {}}, {}};
+    for (Index t = seed; t != kNone;) {
+      char& mark = done[slot[t] + level - lowest(t)];
+      if (mark) return ring;
+      mark = 1;
+      const auto& corner = mesh.triangles[t];
+      int exit = 0;  // the edge that rises through the level
+      while (below[corner[exit]] > level || below[corner[next3(exit)]] <= level) ++exit;
+      // Seen from both triangles alike: always from the lower vertex id.
+      const auto [a, b] = std::minmax(corner[exit], corner[next3(exit)]);
+      const double part = crossing(distance, a, b, (level + 0.5) * width);
+      TrackPoint point;
+      point.position = mesh.vertices[a] + part * (mesh.vertices[b] - mesh.vertices[a]);
+      point.normal = (mesh.normals[a] + part * (mesh.normals[b] - mesh.normals[a])).normalized();
+      point.triangle = t;
+      ring.track.points.push_back(point);
+      ring.keep.push_back(!ridge.replaces_ring(level, a, b, point.position));
+      t = mesh.neighbours[t][exit];
+    }
+    ring.track.closed = false;
+    return ring;
+  };
   for (std::size_t seed = 0; seed < n; ++seed) {
     for (Index s = slot[seed]; s < slot[seed + 1]; ++s) {
       if (done[s]) continue;
-      const int level = lowest(static_cast<Index>(seed)) + (s - slot[seed]);
-      const double value = (level + 0.5) * width;
-      Ring ring{{.kind = PathKind::contour, .closed = true, .level = level, .points = {}}, {}};
-      std::vector<TrackPoint>& points = ring.track.points;
-      bool whole = true;
-      for (Index t = static_cast<Index>(seed);;) {
-        char& mark = done[slot[t] + level - lowest(t)];
-        if (mark) break;
-        mark = 1;
-        const auto& corner = mesh.triangles[t];
-        int exit = 0;  // the edge that rises through the level
-        while (below[corner[exit]] > level || below[corner[next3(exit)]] <= level) ++exit;
-        const Index from = corner[exit], to = corner[next3(exit)];
-        // Seen from both triangles alike: always from the lower vertex id.
-        const Index a = std::min(from, to), b = std::max(from, to);
-        const double part = crossing(distance, a, b, value);
-        TrackPoint point;
-        point.position = mesh.vertices[a] + part * (mesh.vertices[b] - mesh.vertices[a]);
-        point.normal = (mesh.normals[a] + part * (mesh.normals[b] - mesh.normals[a])).normalized();
-        point.triangle = t;
-        points.push_back(point);
-        ring.keep.push_back(!ridge.replaces_ring(level, a, b, point.position));
-        t = mesh.neighbours[t][exit];
-        if (t == kNone) {
-          whole = false;
-          break;
-        }
-      }
-      if (points.size() < 3) continue;
-      ring.track.closed = whole;
-      rings.push_back(std::move(ring));
+      const auto t = static_cast<Index>(seed);
+      Ring ring = trace(t, lowest(t) + (s - slot[seed]));
+      if (ring.track.points.size() >= 3) rings.push_back(std::move(ring));
     }
   }
-  std::stable_sort(rings.begin(), rings.end(), [](const Ring& x, const Ring& y) { return x.track.level < y.track.level; });
+  return rings;
+}
 
-  std::vector<Track> result;
-  for (std::size_t begin = 0; begin < rings.size();) {
-    std::size_t end = begin;
-    std::vector<Track> arcs;
-    for (; end < rings.size() && rings[end].track.level == rings[begin].track.level; ++end) {
-      auto& [ring, keep] = rings[end];
-      std::vector<TrackPoint>& points = ring.points;
-      drop_short_runs(points, keep, 0, 0.75 * width);
-      drop_short_runs(points, keep, 1, 0.75 * width);
-      const auto dropped = std::find(keep.begin(), keep.end(), 0);
-      if (dropped == keep.end()) {
-        points.push_back(points.front());
-        result.push_back(std::move(ring));
-        continue;
-      }
-      const std::size_t n = points.size(), start = dropped - keep.begin();
-      for (std::size_t i = 0; i < n; ++i) {
-        const std::size_t at = (start + i) % n;
-        if (!keep[at]) continue;
-        if (arcs.empty() || !keep[(at + n - 1) % n]) arcs.push_back({.kind = PathKind::contour, .closed = false, .level = ring.level, .points = {}});
-        arcs.back().points.push_back(points[at]);
-      }
-    }
+// Adds what stays of a ring, where runs shorter than `shortest` go as what is around them does: all of it, or arcs.
+void add_kept(Ring ring, double shortest, std::vector<Track>& whole, std::vector<Track>& arcs) {
+  auto& [track, keep] = ring;
+  std::vector<TrackPoint>& points = track.points;
+  drop_short_runs(points, keep, 0, shortest);
+  drop_short_runs(points, keep, 1, shortest);
+  const auto dropped = std::find(keep.begin(), keep.end(), 0);
+  if (dropped == keep.end()) {
+    points.push_back(points.front());
+    whole.push_back(std::move(track));
+    return;
+  }
+  const std::size_t n = points.size(), start = dropped - keep.begin();
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t at = (start + i) % n;
+    if (!keep[at]) continue;
+    if (arcs.empty() || !keep[(at + n - 1) % n]) arcs.push_back({.kind = PathKind::contour, .closed = false, .level = track.level, .points = {}});
+    arcs.back().points.push_back(points[at]);
+  }
+}
+
+}  // namespace
+
+std::vector<Track> trace_rings(const BorderDistance& distance, const Ridge& ridge, double width, int max_rings) {
+  std::vector<Ring> rings = trace_levels(distance, ridge, width, max_rings);
+  std::stable_sort(rings.begin(), rings.end(), [](const Ring& x, const Ring& y) { return x.track.level < y.track.level; });
+  std::vector<Track> result, arcs;
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    const int level = rings[i].track.level;
+    add_kept(std::move(rings[i]), 0.75 * width, result, arcs);
+    if (i + 1 < rings.size() && rings[i + 1].track.level == level) continue;
     std::erase_if(arcs, [](const Track& arc) { return arc.points.size() < 2; });
     close_arcs(distance, arcs, 1.2 * width);
     for (Track& arc : arcs) result.push_back(std::move(arc));
-    begin = end;
+    arcs.clear();
   }
   return result;
 }
