@@ -242,6 +242,7 @@ class Chainer {
         chain = std::move(next);
       } else {
         append(chain, next);
+        if (next.kind == PathKind::contour) chain.kind = PathKind::contour;
       }
       const Link& link = links_[track][1 - entry];
       if (link.other == kNone) return chain;
@@ -253,7 +254,6 @@ class Chainer {
   }
   static void append(Track& chain, const Track& next) {
     chain.points.insert(chain.points.end(), next.points.begin() + 1, next.points.end());
-    if (next.kind == PathKind::contour && !next.points.back().step) chain.kind = PathKind::contour;
   }
 
   const PieceMesh& mesh_;

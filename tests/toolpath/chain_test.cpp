@@ -84,6 +84,20 @@ TEST(ChainTracks, RunsALoopBetweenTwoLines) {
   EXPECT_NEAR(plane.length(), before + plane.step_length(), 0.05);
 }
 
+// A chain takes widths as rings do as soon as there is one in it, even one that ends on a step between rings.
+TEST(ChainTracks, IsAContourWithARingInIt) {
+  for (const bool ends_on_step : {false, true}) {
+    Plane plane;
+    plane.add_line({2, 5, 10}, {6, 5, 10});
+    plane.tracks.back().kind = PathKind::centre_line;
+    plane.add_line({7, 5, 10}, {12, 5, 10});
+    plane.tracks.back().points.back().step = ends_on_step;
+    plane.chain(1.5);
+    ASSERT_EQ(plane.tracks.size(), 1u);
+    EXPECT_EQ(plane.tracks[0].kind, PathKind::contour) << ends_on_step;
+  }
+}
+
 TEST(ChainTracks, NeverStepsAcrossAGap) {
   const auto sheet = sheets::mapped_grid(
       40, 40, [](double u, double v) { return Vec3(20 * u, 20 * v, 10); }, 0.8, false,
