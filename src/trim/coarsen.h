@@ -7,7 +7,7 @@
 namespace curvesup {
 
 struct CoarsenOptions {
-  double border_mm = 0.015;   // farthest that the border moves
+  double border_mm = 0.018;   // farthest that the border moves
   double surface_mm = 0.010;  // farthest that a corner lies from the plane of the tet that its triangle is told to be in
   double height_mm = 0.10;    // triangles less high than this are made only in place of ones still less high
   double step_volume = 0.01;  // largest change of the volume under the triangles around one step, relative to it

@@ -31,9 +31,9 @@ constexpr double kBesideNode = 0.02, kOffNode = 1e-5;
 // What a border point keeps of its distance from a side of its cell.
 constexpr double kBesideSide = 0.02;
 // A border that leaves its chord by less gets no further point.
-constexpr double kFlatBorder_mm = 3e-3;
+constexpr double kFlatBorder_mm = 4e-3;
 // Border points that lie nearer to the line between others are left out.
-constexpr double kBorderTolerance_mm = 6e-3;
+constexpr double kBorderTolerance_mm = 8e-3;
 
 // The value of a sample that counts as inside or outside: it is made to agree where the two differ.
 double on_side(double value, bool inside) {

@@ -70,10 +70,10 @@ struct TrimResult {
 // inside stays whole; inside, samples up to four steps apart stand for what lies between when they and their middle are well
 // inside: a notch or hole narrower than that can be printed over, no strut can be missed. Cut points are roots of the solid, those on
 // an edge decided by the edge alone and shared by its two triangles, so that a sheet stays without cracks. Between them the
-// border follows the surface within 0.01 mm, and what it encloses of the triangle is triangulated anew. Inside is value >= 0.
+// border follows the surface within 0.013 mm, and what it encloses of the triangle is triangulated anew. Inside is value >= 0.
 //
 // Of the printed sheets, the model's among them, vertices are merged where that does not change what is printed; about half
-// of the triangles go. Triangles stay within 0.01 mm of the plane of their tet, borders of the solid move by up to 0.015 mm and
+// of the triangles go. Triangles stay within 0.01 mm of the plane of their tet, borders of the solid move by up to 0.018 mm and
 // enclose the same area. The model's borders, and so what it shares with the support, stay.
 //
 // Support thicker than max_height_mm is laid in m passes at G = (k + (j + 1/2) / m) / N. One m holds for a whole connected
