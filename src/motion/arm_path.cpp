@@ -363,6 +363,11 @@ bool links_touch(const Cell& cell, const Deposit& obstacles, std::span<const Arm
 
 }  // namespace
 
+Index ArmSection::last_point(Index before) const {
+  const auto last = std::find_if(points.rbegin(), points.rend(), [](const ArmPoint& point) { return point.draft.point != kNone; });
+  return last == points.rend() ? before : last->draft.point;
+}
+
 const char* touching_link(const Cell& cell, const Deposit& deposit, const Joints& joints, Index before,
                           double clearance, Contact* contact) {
   for (const Cell::Capsule& link : cell.links(joints)) {

@@ -21,6 +21,9 @@ struct ArmPoint {
 struct ArmSection {
   int branch = 0;
   std::vector<ArmPoint> points;
+
+  // The last point of the path that it passes; waypoints that divide a segment are none.
+  [[nodiscard]] Index last_point(Index before) const;
 };
 
 struct ArmPath {
