@@ -6,7 +6,7 @@
 namespace curvesup::assets {
 
 [[nodiscard]] std::string_view page_html();
-[[nodiscard]] std::string_view viewer_css();
+[[nodiscard]] std::string_view page_css();
 [[nodiscard]] std::string_view viewer_js();
 [[nodiscard]] std::string_view report_js();
 [[nodiscard]] std::string_view three_js();  // Debian's libjs-three, MIT licence

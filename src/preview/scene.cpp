@@ -99,7 +99,7 @@ std::string Scene::page(const std::string& title) const {
     const std::size_t end = page.find("@@", at + 2);
     const std::string_view name = page.substr(at + 2, end - at - 2);
     if (name == "title") out += html_escaped(title);
-    if (name == "style") out += assets::viewer_css();
+    if (name == "style") out += assets::page_css();
     if (name == "three") out += assets::three_js();
     if (name == "viewer") out += assets::viewer_js();
     if (name == "report") out += assets::report_js();

@@ -77,7 +77,7 @@ class ShippedModel : public ::testing::TestWithParam<const char*> {};
 
 // The page explains every number to somebody who has not read the paper.
 void expect_sentences(const ordered_json& report) {
-  const std::string script = program::read_all(CURVESUP_DATA "/../src/preview/report.js");
+  const std::string script = program::read_all(CURVESUP_DATA "/../src/preview/page/report.js");
   const std::size_t sections = script.find("const kSections"), keys = script.find("const kKeys"), end = script.find("};", keys);
   ASSERT_LT(sections, keys);
   ASSERT_LT(keys, end);
