@@ -4,7 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <tuple>
+
+#include "toolpath/refine_mesh.h"
 
 namespace curvesup::toolpath {
 namespace {
@@ -64,7 +65,8 @@ BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) :
   }
   hand_on(std::move(changed));
   const std::size_t before = fronts_.size();
-  if (refine(options)) {
+  // Until each edge tells the distance along it.
+  if (refine_mesh(mesh_, edges_, kMostCuts, [&](Index a, Index b) { return cut_edge(a, b, options); })) {
     std::vector<Index> added(fronts_.size() - before);
     std::iota(added.begin(), added.end(), static_cast<Index>(before));
     hand_on(std::move(added));
@@ -328,126 +330,6 @@ Index BorderDistance::cut_at_kink(Index a, Index b, Front from_a, Front from_b) 
   const Index vertex = add_vertex(a, b, at, from_a);
   add_meeting(vertex, from_b);
   return vertex;
-}
-
-// Cuts edges until each tells the distance along it, and the triangles with them. What becomes of an edge is settled
-// once for both triangles beside it, so each triangle is cut to the end before the next one.
-bool BorderDistance::refine(const DistanceOptions& options) {
-  constexpr Index kUnknown = -2;
-  struct Halved {
-    Index from, to;
-    int generation = 0;
-    Index middle = kUnknown;
-    Index first_half = kNone;  // from `from`; the other one, to `to`, comes next
-  };
-  struct Part {
-    std::array<Index, 3> corners, edges;
-  };
-  std::vector<Halved> edges;
-  edges.reserve(3 * edges_.edges.size());
-  for (const Edge& e : edges_.edges) edges.push_back({.from = e.from, .to = e.to, .middle = e.right == kNone ? kNone : kUnknown});
-  const std::size_t before = mesh_.vertices.size();
-  const auto middle_of = [&](Index e) {
-    const auto [from, to, generation, known, first_half] = edges[e];
-    if (known != kUnknown) return known;
-    const Index middle = generation < kMostCuts ? cut_edge(from, to, options) : kNone;
-    edges[e].middle = middle;
-    if (middle != kNone) {
-      edges[e].first_half = static_cast<Index>(edges.size());
-      edges.push_back({.from = from, .to = middle, .generation = generation + 1});
-      edges.push_back({.from = middle, .to = to, .generation = generation + 1});
-    }
-    return middle;
-  };
-  const auto half_at = [&](Index e, Index corner) { return edges[e].first_half + (edges[e].from == corner ? 0 : 1); };
-  int generation = 0;  // of the edges inside the triangle that is cut
-  const auto new_edge = [&](Index from, Index to) {
-    edges.push_back({.from = from, .to = to, .generation = generation});
-    return static_cast<Index>(edges.size()) - 1;
-  };
-
-  std::vector<std::array<Index, 3>> triangles, edges_of;
-  std::vector<double> thickness, rise;
-  for (auto* values : {&thickness, &rise}) values->reserve(2 * mesh_.triangles.size());
-  for (auto* rows : {&triangles, &edges_of}) rows->reserve(2 * mesh_.triangles.size());
-  std::vector<Part> parts;
-  for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-    parts.assign(1, {mesh_.triangles[t], edges_.of_triangle[t]});
-    while (!parts.empty()) {
-      const auto [corner, edge] = parts.back();
-      parts.pop_back();
-      std::array<Index, 3> cut;
-      int count = 0;
-      generation = 0;
-      for (int i = 0; i < 3; ++i) {
-        cut[i] = middle_of(edge[i]);
-        if (cut[i] == kNone) continue;
-        ++count;
-        generation = std::max(generation, edges[edge[i]].generation + 1);
-      }
-      if (count == 0) {
-        triangles.push_back(corner);
-        edges_of.push_back(edge);
-        thickness.push_back(mesh_.thickness[t]);
-        rise.push_back(mesh_.rise[t]);
-      } else if (count == 3) {
-        std::array<Index, 3> inner;  // cuts off corner i
-        for (int i = 0; i < 3; ++i) {
-          inner[i] = new_edge(cut[i], cut[prev3(i)]);
-          parts.push_back({{corner[i], cut[i], cut[prev3(i)]}, {half_at(edge[i], corner[i]), inner[i], half_at(edge[prev3(i)], corner[i])}});
-        }
-        parts.push_back({cut, {inner[1], inner[2], inner[0]}});
-      } else if (count == 1) {
-        int i = 0;
-        while (cut[i] == kNone) ++i;
-        const Index a = corner[i], b = corner[next3(i)], c = corner[prev3(i)], inner = new_edge(cut[i], c);
-        parts.push_back({{a, cut[i], c}, {half_at(edge[i], a), inner, edge[prev3(i)]}});
-        parts.push_back({{cut[i], b, c}, {half_at(edge[i], b), edge[next3(i)], inner}});
-      } else {
-        int i = 0;  // edges i and i + 1 are cut: corner i + 1 goes, a quadrilateral stays
-        while (cut[i] == kNone || cut[next3(i)] == kNone) ++i;
-        const Index a = corner[i], b = corner[next3(i)], c = corner[prev3(i)], ab = cut[i], bc = cut[next3(i)];
-        const Index across = new_edge(ab, bc);
-        const Index at_a = half_at(edge[i], a), at_c = half_at(edge[next3(i)], c), ca = edge[prev3(i)];
-        parts.push_back({{ab, b, bc}, {half_at(edge[i], b), half_at(edge[next3(i)], b), across}});
-        if ((mesh_.vertices[a] - mesh_.vertices[bc]).squaredNorm() <= (mesh_.vertices[ab] - mesh_.vertices[c]).squaredNorm()) {
-          const Index diagonal = new_edge(a, bc);
-          parts.push_back({{a, ab, bc}, {at_a, across, diagonal}});
-          parts.push_back({{a, bc, c}, {diagonal, at_c, ca}});
-        } else {
-          const Index diagonal = new_edge(ab, c);
-          parts.push_back({{a, ab, c}, {at_a, diagonal, ca}});
-          parts.push_back({{ab, bc, c}, {across, at_c, diagonal}});
-        }
-      }
-    }
-  }
-  if (mesh_.vertices.size() == before) return false;
-  edges_.edges.clear();
-  std::vector<Index> number(edges.size(), kNone);
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    if (edges[e].middle != kNone) continue;
-    number[e] = static_cast<Index>(edges_.edges.size());
-    edges_.edges.push_back({.from = edges[e].from, .to = edges[e].to});
-  }
-  mesh_.neighbours.assign(triangles.size(), {kNone, kNone, kNone});
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (int i = 0; i < 3; ++i) {
-      const Index e = edges_of[t][i] = number[edges_of[t][i]];
-      Edge& edge = edges_.edges[e];
-      const auto [here, across] = edge.from == triangles[t][i] ? std::tie(edge.left, edge.right) : std::tie(edge.right, edge.left);
-      here = static_cast<Index>(t);
-      if (across == kNone) continue;
-      const auto& others = edges_of[across];
-      mesh_.neighbours[t][i] = across;
-      mesh_.neighbours[across][std::find(others.begin(), others.end(), e) - others.begin()] = static_cast<Index>(t);
-    }
-  }
-  edges_.of_triangle = std::move(edges_of);
-  mesh_.triangles = std::move(triangles);
-  mesh_.thickness = std::move(thickness);
-  mesh_.rise = std::move(rise);
-  return true;
 }
 
 }  // namespace curvesup::toolpath

@@ -85,7 +85,6 @@ class BorderDistance {
   Index add_vertex(Index a, Index b, double part, const Front& front);
   void add_meeting(Index vertex, const Front& other);
   void put_meetings_in_order();
-  bool refine(const DistanceOptions& options);
 
   PieceMesh mesh_;
   EdgeTable edges_;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
@@ -338,6 +339,58 @@ double usual_max_height(const TrimOptions& options, const TrimReport& report) {
   return std::clamp(options.bead_width_mm, 1.2 * median, 1.5 * median);
 }
 
+// Adds what is printed of a layer to the report, and its sheets to what is printed.
+void take(TrimmedLayer layer, TrimReport& report, std::vector<TrimmedSheet>& printed) {
+  report.areas.kept_mm2 += layer.areas.kept_mm2;
+  report.areas.in_passes_mm2 += layer.areas.in_passes_mm2;
+  report.areas.cut_away_mm2 += layer.areas.cut_away_mm2;
+  report.areas.removed_mm2 += layer.areas.removed_mm2;
+  report.removed.insert(report.removed.end(), layer.removed.begin(), layer.removed.end());
+  report.support_pieces += layer.pieces;
+  report.pieces_in_passes += layer.pieces_in_passes;
+  bool any = false;
+  for (TrimmedSheet& sheet : layer.sheets) {
+    any = any || !sheet.triangles.empty();
+    if (!sheet.triangles.empty()) report.passes_max = std::max<Index>(report.passes_max, sheet.head.passes);
+    printed.push_back(std::move(sheet));
+  }
+  report.support_layers += any;
+}
+
+void report_support_heights(Heights support, TrimReport& report) {
+  const Quantiles height = quantiles(std::move(support.samples));
+  report.support_height_min_mm = height.min;
+  report.support_height_p50_mm = height.p50;
+  report.support_height_p99_mm = height.p99;
+  report.support_height_max_mm = height.max;
+}
+
+// The largest change of a material's volume by coarsening, relative.
+double largest_change(std::span<const Coarsening> materials) {
+  double change = 0.0;
+  for (const Coarsening& c : materials) {
+    if (c.before > 0.0) change = std::max(change, std::abs(c.after / c.before - 1.0));
+  }
+  return change;
+}
+
+std::vector<Check> trim_checks(const TrimReport& report, const TrimOptions& options, double coarsened) {
+  const TrimAreas& a = report.areas;
+  const double lost = a.untrimmed_mm2 - (a.kept_mm2 + a.in_passes_mm2 + a.cut_away_mm2 + a.removed_mm2);
+  std::vector<Check> checks = {
+      check_at_most("trim.area_conserved", std::abs(lost) / std::max(a.untrimmed_mm2, 1.0), 1e-9,
+                    "untrimmed area less kept, in passes, cut away and removed, relative"),
+      check_at_most("trim.coarsening_volume", coarsened, 1e-3,
+                    "change of a material's volume by making its triangles fewer, relative"),
+  };
+  if (report.max_height_mm > 0.0) {
+    const double most = options.max_height_mm > 0.0 ? 1.25 * options.max_height_mm : 1.5 * report.model_thickness_p50_mm;
+    checks.push_back(check_at_most("trim.support_height_p99", report.support_height_p99_mm, most,
+                                   "99th percentile of the printed support's height by area, mm"));
+  }
+  return checks;
+}
+
 }  // namespace
 
 TrimResult trim_layers(const Domain& domain, const ScalarField& field, const LayerStack& untrimmed, const Solid& solid,
@@ -348,15 +401,16 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
   for (const Sheet& sheet : untrimmed.sheets) {
     (sheet.material == Material::model ? model_sheets : support_sheets).push_back(&sheet);
   }
+  constexpr int kModel = static_cast<int>(Material::model), kSupport = static_cast<int>(Material::support);
 
   TrimResult result;
   TrimReport& report = result.report;
   std::array<Heights, kMaterialCount> before = heights(untrimmed, field, run);
-  report.areas.untrimmed_mm2 = before[static_cast<int>(Material::support)].area;
-  report.model_thickness_p50_mm = quantiles(std::move(before[static_cast<int>(Material::model)].samples)).p50;
+  report.areas.untrimmed_mm2 = before[kSupport].area;
+  report.model_thickness_p50_mm = quantiles(std::move(before[kModel].samples)).p50;
   report.max_height_mm = options.max_height_mm > 0.0 ? options.max_height_mm : usual_max_height(options, report);
   // Without a limit and without a model to take it from, nothing is divided.
-  const bool divide = report.max_height_mm > 0.0;
+  const double max_height_mm = report.max_height_mm > 0.0 ? report.max_height_mm : std::numeric_limits<double>::infinity();
 
   // Each sheet is made coarse at once, while it is in the cache.
   std::vector<TrimmedLayer> layers(support_sheets.size());
@@ -369,8 +423,7 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
       TrimmedSheet sheet = trim_sheet(untrimmed, *support_sheets[task], reachable, solid, options);
       find_pieces(sheet, field, untrimmed.count);
       TrimmedLayer& layer = layers[task];
-      layer = divide_layer(domain, field, untrimmed.count, reachable, solid, std::move(sheet), options,
-                           divide ? report.max_height_mm : std::numeric_limits<double>::infinity());
+      layer = divide_layer(domain, field, untrimmed.count, reachable, solid, std::move(sheet), options, max_height_mm);
       for (TrimmedSheet& printed : layer.sheets) layer.coarsening += make_coarse(field, printed);
     } else {
       const std::size_t m = task - layers.size();
@@ -380,54 +433,22 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
     run.progress(static_cast<double>(++done) / static_cast<double>(tasks));
   });
   drop_floating(domain, field, untrimmed.count, solid, options, layers, run);
+
   std::array<Coarsening, kMaterialCount> coarsening;
-  for (const Coarsening& sheet : model_coarsening) coarsening[static_cast<int>(Material::model)] += sheet;
+  for (const Coarsening& sheet : model_coarsening) coarsening[kModel] += sheet;
   for (TrimmedLayer& layer : layers) {
-    report.areas.kept_mm2 += layer.areas.kept_mm2;
-    report.areas.in_passes_mm2 += layer.areas.in_passes_mm2;
-    report.areas.cut_away_mm2 += layer.areas.cut_away_mm2;
-    report.areas.removed_mm2 += layer.areas.removed_mm2;
-    coarsening[static_cast<int>(Material::support)] += layer.coarsening;
-    report.removed.insert(report.removed.end(), layer.removed.begin(), layer.removed.end());
-    report.support_pieces += layer.pieces;
-    report.pieces_in_passes += layer.pieces_in_passes;
-    bool printed = false;
-    for (TrimmedSheet& sheet : layer.sheets) {
-      printed = printed || !sheet.triangles.empty();
-      if (!sheet.triangles.empty()) report.passes_max = std::max<Index>(report.passes_max, sheet.head.passes);
-      printed_sheets.push_back(std::move(sheet));
-    }
-    report.support_layers += printed;
-  }
-  double coarsened = 0.0;
-  for (const Coarsening& c : coarsening) {
-    if (c.before > 0.0) coarsened = std::max(coarsened, std::abs(c.after / c.before - 1.0));
+    coarsening[kSupport] += layer.coarsening;
+    take(std::move(layer), report, printed_sheets);
   }
   result.stack = assemble(untrimmed, std::move(printed_sheets));
   report.triangles = static_cast<Index>(result.stack.triangles.size());
-
   std::array<Heights, kMaterialCount> printed = heights(result.stack, field, run);
   for (int m = 0; m < kMaterialCount; ++m) {
     report.untrimmed_volume_mm3[m] = before[m].volume;
     report.printed_volume_mm3[m] = printed[m].volume;
   }
-  const Quantiles height = quantiles(std::move(printed[static_cast<int>(Material::support)].samples));
-  report.support_height_min_mm = height.min;
-  report.support_height_p50_mm = height.p50;
-  report.support_height_p99_mm = height.p99;
-  report.support_height_max_mm = height.max;
-
-  const TrimAreas& a = report.areas;
-  const double lost = a.untrimmed_mm2 - (a.kept_mm2 + a.in_passes_mm2 + a.cut_away_mm2 + a.removed_mm2);
-  report.checks.push_back(check_at_most("trim.area_conserved", std::abs(lost) / std::max(a.untrimmed_mm2, 1.0), 1e-9,
-                                        "untrimmed area less kept, in passes, cut away and removed, relative"));
-  report.checks.push_back(check_at_most("trim.coarsening_volume", coarsened, 1e-3,
-                                        "change of a material's volume by making its triangles fewer, relative"));
-  if (divide) {
-    const double most = options.max_height_mm > 0.0 ? 1.25 * options.max_height_mm : 1.5 * report.model_thickness_p50_mm;
-    report.checks.push_back(check_at_most("trim.support_height_p99", report.support_height_p99_mm, most,
-                                          "99th percentile of the printed support's height by area, mm"));
-  }
+  report_support_heights(std::move(printed[kSupport]), report);
+  report.checks = trim_checks(report, options, largest_change(coarsening));
   run.log(LogLevel::info, format("trim: %d layers of support, %d pieces, %zu small or floating ones removed",
                                  report.support_layers, report.support_pieces, report.removed.size()));
   return result;

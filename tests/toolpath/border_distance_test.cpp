@@ -149,7 +149,9 @@ TEST(BorderDistance, TakesTheFrontsOfOneSide) {
     const Vec3 middle = 0.5 * (distance.mesh().vertices[edge.from] + distance.mesh().vertices[edge.to]);
     if (middle.x() < 2.5 || middle.x() > 17.5) continue;  // fronts from the ends of the strip
     const auto [one, other] = distance.alike(edge.from, edge.to);
-    if (one->distance > 0.0 && other->distance > 0.0) EXPECT_GT(one->way.dot(other->way), 0.0);
+    if (one->distance > 0.0 && other->distance > 0.0) {
+      EXPECT_GT(one->way.dot(other->way), 0.0);
+    }
     if (distance.meeting_of(edge.from) == kNone || distance.meeting_of(edge.to) == kNone) continue;
     if (!distance.meet_alike(edge.from, edge.to)) continue;
     ++joined;
