@@ -115,98 +115,134 @@ EdgeTable make_edges(const PieceMesh& mesh) {
   return table;
 }
 
-std::vector<PieceMesh> split_into_pieces(const LayerStack& stack, const Sheet& sheet,
-                                         std::span<const Vec3> triangle_gradient) {
-  // Vertices of the sheet, renumbered densely in ascending order. The ids of one sheet lie close together.
-  std::vector<Index> kept;
+namespace {
+
+// The triangles of a sheet with three different corners; vertices are numbered densely, in ascending order.
+struct SheetTriangles {
+  std::vector<Index> kept, vertices;  // of the stack
+  std::vector<std::array<Index, 3>> triangles, neighbours;
+};
+
+SheetTriangles triangles_of(const LayerStack& stack, const Sheet& sheet) {
+  SheetTriangles result;
+  // The ids of one sheet lie close together.
   Index low = std::numeric_limits<Index>::max(), high = -1;
   for (Index t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
     const auto& [a, b, c] = stack.triangles[t];
     if (a == b || b == c || c == a) continue;
-    kept.push_back(t);
+    result.kept.push_back(t);
     low = std::min({low, a, b, c});
     high = std::max({high, a, b, c});
   }
-  std::vector<Index> number(kept.empty() ? 0 : high - low + 1, kNone), ids;
-  for (const Index t : kept) {
+  std::vector<Index> number(result.kept.empty() ? 0 : high - low + 1, kNone);
+  for (const Index t : result.kept) {
     for (const Index v : stack.triangles[t]) number[v - low] = 0;
   }
   for (std::size_t i = 0; i < number.size(); ++i) {
     if (number[i] == kNone) continue;
-    number[i] = static_cast<Index>(ids.size());
-    ids.push_back(low + static_cast<Index>(i));
+    number[i] = static_cast<Index>(result.vertices.size());
+    result.vertices.push_back(low + static_cast<Index>(i));
   }
-  std::vector<std::array<Index, 3>> triangles(kept.size());
-  for (std::size_t t = 0; t < kept.size(); ++t) {
-    for (int i = 0; i < 3; ++i) triangles[t][i] = number[stack.triangles[kept[t]][i] - low];
+  result.triangles.resize(result.kept.size());
+  for (std::size_t t = 0; t < result.kept.size(); ++t) {
+    for (int i = 0; i < 3; ++i) result.triangles[t][i] = number[stack.triangles[result.kept[t]][i] - low];
   }
-  const auto neighbours = pair_edges(triangles, static_cast<Index>(ids.size()));
+  result.neighbours = pair_edges(result.triangles, static_cast<Index>(result.vertices.size()));
+  return result;
+}
 
-  std::vector<PieceMesh> pieces;
-  std::vector<Index> members, piece_triangle(triangles.size(), kNone);
-  std::vector<std::array<Index, 3>> corner_vertex(triangles.size(), {kNone, kNone, kNone});
-  std::vector<char> seen(triangles.size(), 0);
-  for (std::size_t seed = 0; seed < triangles.size(); ++seed) {
-    if (seen[seed]) continue;
-    members.assign(1, static_cast<Index>(seed));
-    seen[seed] = 1;
+class PieceSplitter {
+ public:
+  PieceSplitter(const LayerStack& stack, const Sheet& sheet, std::span<const Vec3> triangle_gradient)
+      : stack_(stack), sheet_(sheet), gradient_(triangle_gradient), of_(triangles_of(stack, sheet)),
+        piece_triangle_(of_.triangles.size(), kNone), corner_vertex_(of_.triangles.size(), {kNone, kNone, kNone}),
+        seen_(of_.triangles.size(), 0) {}
+
+  std::vector<PieceMesh> run() {
+    std::vector<PieceMesh> pieces;
+    for (std::size_t seed = 0; seed < seen_.size(); ++seed) {
+      if (!seen_[seed]) pieces.push_back(piece(members_from(static_cast<Index>(seed))));
+    }
+    return pieces;
+  }
+
+ private:
+  // The triangles of the piece that a triangle belongs to, ascending.
+  std::vector<Index> members_from(Index seed) {
+    std::vector<Index> members(1, seed);
+    seen_[seed] = 1;
     for (std::size_t head = 0; head < members.size(); ++head) {
-      for (const Index n : neighbours[members[head]]) {
-        if (n != kNone && !seen[n]) {
-          seen[n] = 1;
-          members.push_back(n);
-        }
+      for (const Index n : of_.neighbours[members[head]]) {
+        if (n == kNone || seen_[n]) continue;
+        seen_[n] = 1;
+        members.push_back(n);
       }
     }
     std::sort(members.begin(), members.end());
+    return members;
+  }
 
+  PieceMesh piece(const std::vector<Index>& members) {
     PieceMesh piece;
     std::vector<Vec3> direction;
     for (auto* values : {&piece.thickness, &piece.rise}) values->reserve(members.size());
     for (auto* rows : {&piece.triangles, &piece.neighbours}) rows->reserve(members.size());
     direction.reserve(members.size());
-    // One vertex for each fan of triangles around a point of the sheet.
-    const auto number_fan = [&](Index triangle, int corner) {
-      const Index id = static_cast<Index>(piece.vertices.size()), point = triangles[triangle][corner];
-      piece.vertices.push_back(stack.vertices[ids[point]]);
-      std::array<Index, 2> front{triangle, triangle};
-      corner_vertex[triangle][corner] = id;
-      for (int side = 0; side < 2; ++side) {
-        Index t = front[side];
-        int c = corner;
-        while (true) {
-          const Index n = neighbours[t][side == 0 ? c : prev3(c)];
-          if (n == kNone) break;
-          const int at = static_cast<int>(std::find(triangles[n].begin(), triangles[n].end(), point) - triangles[n].begin());
-          if (corner_vertex[n][at] != kNone) break;
-          corner_vertex[n][at] = id;
-          t = n;
-          c = at;
-        }
-      }
-    };
     for (std::size_t m = 0; m < members.size(); ++m) {
       const Index t = members[m];
-      piece_triangle[t] = static_cast<Index>(m);
+      piece_triangle_[t] = static_cast<Index>(m);
       for (int i = 0; i < 3; ++i) {
-        if (corner_vertex[t][i] == kNone) number_fan(t, i);
+        if (corner_vertex_[t][i] == kNone) number_fan(t, i, piece);
       }
     }
     for (const Index t : members) {
-      piece.triangles.push_back(corner_vertex[t]);
-      const Vec3& gradient = triangle_gradient[kept[t]];
+      piece.triangles.push_back(corner_vertex_[t]);
+      const Vec3& gradient = gradient_[of_.kept[t]];
       const double slope = gradient.norm();
-      piece.thickness.push_back(slope > 0.0 ? 1.0 / (stack.count * sheet.passes * slope) : 0.0);
+      piece.thickness.push_back(slope > 0.0 ? 1.0 / (stack_.count * sheet_.passes * slope) : 0.0);
       direction.push_back(slope > 0.0 ? Vec3(gradient / slope) : Vec3::UnitZ());
       piece.rise.push_back(direction.back().z());
-      std::array<Index, 3> across = neighbours[t];
-      for (Index& n : across) n = n == kNone ? kNone : piece_triangle[n];
+      std::array<Index, 3> across = of_.neighbours[t];
+      for (Index& n : across) n = n == kNone ? kNone : piece_triangle_[n];
       piece.neighbours.push_back(across);
     }
     set_vertex_values(piece, std::move(direction));
-    pieces.push_back(std::move(piece));
+    return piece;
   }
-  return pieces;
+
+  // One vertex for each fan of triangles around a point of the sheet.
+  void number_fan(Index triangle, int corner, PieceMesh& piece) {
+    const Index id = static_cast<Index>(piece.vertices.size()), point = of_.triangles[triangle][corner];
+    piece.vertices.push_back(stack_.vertices[of_.vertices[point]]);
+    corner_vertex_[triangle][corner] = id;
+    for (int side = 0; side < 2; ++side) {
+      Index t = triangle;
+      int c = corner;
+      while (true) {
+        const Index n = of_.neighbours[t][side == 0 ? c : prev3(c)];
+        if (n == kNone) break;
+        const int at = static_cast<int>(std::find(of_.triangles[n].begin(), of_.triangles[n].end(), point) - of_.triangles[n].begin());
+        if (corner_vertex_[n][at] != kNone) break;
+        corner_vertex_[n][at] = id;
+        t = n;
+        c = at;
+      }
+    }
+  }
+
+  const LayerStack& stack_;
+  const Sheet& sheet_;
+  std::span<const Vec3> gradient_;
+  SheetTriangles of_;
+  std::vector<Index> piece_triangle_;                // number of each triangle in its piece
+  std::vector<std::array<Index, 3>> corner_vertex_;  // of the piece
+  std::vector<char> seen_;
+};
+
+}  // namespace
+
+std::vector<PieceMesh> split_into_pieces(const LayerStack& stack, const Sheet& sheet, std::span<const Vec3> triangle_gradient) {
+  return PieceSplitter(stack, sheet, triangle_gradient).run();
 }
 
 }  // namespace curvesup::toolpath

@@ -365,6 +365,32 @@ bool model_may_wait(std::span<const Sheet> sheets, std::span<const SheetBeads> b
   return true;
 }
 
+// Adds what was planned of each sheet to the report.
+void report_sheets(std::span<const Sheet> heads, std::span<const SheetBeads> sheets, ToolpathReport& report) {
+  for (std::size_t s = 0; s < sheets.size(); ++s) {
+    const SheetBeads& from = sheets[s];
+    report.layer_volume_mm3[static_cast<int>(heads[s].material)] += from.layer_volume;
+    report.rings += from.rings;
+    report.centre_lines += from.centre_lines;
+    report.lines += from.lines;
+    report.sparse_pieces += from.sparse;
+    report.interface_pieces += from.interface;
+    report.overhang_mm += from.overhang_mm;
+    report.dots += from.dots;
+    report.dust_pieces += from.dust;
+    report.dust_area_mm2 += from.dust_area;
+    report.pieces_without_path += from.without_path;
+    report.naive_jumps += from.naive_paths;
+    report.naive_jumps_inside_pieces += from.naive_paths;
+    report.unprinted.insert(report.unprinted.end(), from.unprinted.begin(), from.unprinted.end());
+  }
+  report.naive_jumps = std::max<Index>(0, report.naive_jumps - 1);
+  report.naive_jumps_inside_pieces -= report.pieces - report.pieces_without_path;
+  std::stable_sort(report.unprinted.begin(), report.unprinted.end(),
+                   [](const UnprintedPiece& x, const UnprintedPiece& y) { return x.area_mm2 > y.area_mm2; });
+  if (report.unprinted.size() > 100) report.unprinted.resize(100);
+}
+
 }  // namespace
 
 ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const LayerStack& printed,
@@ -415,28 +441,7 @@ ToolpathResult plan_toolpaths(std::span<const Vec3> triangle_gradient, const Lay
     }
     flush();
   }
-  for (std::size_t s = 0; s < sheet_count; ++s) {
-    const SheetBeads& from = sheets[s];
-    report.layer_volume_mm3[static_cast<int>(printed.sheets[s].material)] += from.layer_volume;
-    report.rings += from.rings;
-    report.centre_lines += from.centre_lines;
-    report.lines += from.lines;
-    report.sparse_pieces += from.sparse;
-    report.interface_pieces += from.interface;
-    report.overhang_mm += from.overhang_mm;
-    report.dots += from.dots;
-    report.dust_pieces += from.dust;
-    report.dust_area_mm2 += from.dust_area;
-    report.pieces_without_path += from.without_path;
-    report.naive_jumps += from.naive_paths;
-    report.naive_jumps_inside_pieces += from.naive_paths;
-    report.unprinted.insert(report.unprinted.end(), from.unprinted.begin(), from.unprinted.end());
-  }
-  report.naive_jumps = std::max<Index>(0, report.naive_jumps - 1);
-  report.naive_jumps_inside_pieces -= report.pieces - report.pieces_without_path;
-  std::stable_sort(report.unprinted.begin(), report.unprinted.end(),
-                   [](const UnprintedPiece& x, const UnprintedPiece& y) { return x.area_mm2 > y.area_mm2; });
-  if (report.unprinted.size() > 100) report.unprinted.resize(100);
+  report_sheets(printed.sheets, sheets, report);
   ToolpathResult result = assembly.finish();
   result.report.checks = toolpath_checks(result.report, options);
   run.progress(1.0);
