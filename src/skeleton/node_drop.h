@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "curvesup/skeleton/grow_skeleton.h"
 #include "curvesup/skeleton/stand_angle.h"
 #include "skeleton/angle_limit.h"
@@ -35,7 +37,8 @@ class NodeDrop {
   [[nodiscard]] Vec3 host_direction(Index tet) const;
   // Did a walk along u start within the angle?
   [[nodiscard]] bool within_angle(const WalkResult& walk, const Vec3& u) const {
-    return walk.entered != kNone && self_support_.holds(walk_.down(walk.entered), u);
+    const std::span<const Index> tets = walk.entered();
+    return !tets.empty() && std::all_of(tets.begin(), tets.end(), [&](Index t) { return self_support_.holds(walk_.down(t), u); });
   }
 
  private:

@@ -62,10 +62,10 @@ WalkResult TetWalk::walk(const Vec3& start, Index tet, const Vec3& u, const Walk
     const double to_length = goal.length - result.length;
     const double distance = std::min({exit.distance, to_value, to_platform, to_length});
 
+    if (distance > 0.0 && result.length < WalkResult::kEntry) result.enter(result.tet);
     result.position = p + distance * u;
     result.length += distance;
     if (distance > 0.0) {
-      if (result.entered == kNone) result.entered = result.tet;
       stalled = 0;
     } else {
       ++stalled;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <limits>
+#include <span>
 
 #include "curvesup/domain/domain.h"
 
@@ -20,9 +22,18 @@ struct WalkResult {
   WalkStop stop = WalkStop::lost;
   Vec3 position = Vec3::Zero();
   Index tet = kNone;        // support tet that holds position
-  Index entered = kNone;    // first tet in which the walk covered a positive length
   Index model_tet = kNone;  // behind the face, when stop is model
   double length = 0.0;
+
+  // The tets in which the walk covers its first kEntry mm: where it only grazes one, the next one counts, too. None where
+  // it makes no way.
+  static constexpr double kEntry = 1e-4;
+  [[nodiscard]] std::span<const Index> entered() const { return std::span(first_tets).first(static_cast<std::size_t>(first_tet_count)); }
+  void enter(Index t) {
+    if (first_tet_count < static_cast<int>(first_tets.size())) first_tets[static_cast<std::size_t>(first_tet_count++)] = t;
+  }
+  std::array<Index, 4> first_tets{kNone, kNone, kNone, kNone};
+  int first_tet_count = 0;
 };
 
 struct WalkGoal {

@@ -35,7 +35,7 @@ bool on_upward_face(const Domain& domain, const ScalarField& field, const Skelet
 // What walking an edge again shows.
 struct EdgeWalk {
   double length = 0.0;
-  double angle = 0.0;  // against -grad G of the tet it enters
+  double angle = 0.0;  // against -grad G of the tets it enters
   bool arrives = false;
 };
 
@@ -47,9 +47,9 @@ std::vector<EdgeWalk> walk_edges(const TetWalk& walk, const Skeleton& skeleton, 
       const double length = (b.position - a.position).norm();
       const Vec3 u = (b.position - a.position) / length;
       const WalkResult w = walk.walk(a.position, a.tet, u, {.length = length, .stop_at_platform = false});
-      const Index entered = w.entered == kNone ? a.tet : w.entered;
-      result[i] = {length, angle_between(walk.down(entered), u),
-                   w.stop == WalkStop::length || length - w.length <= kArrival};
+      double angle = w.entered().empty() ? angle_between(walk.down(a.tet), u) : 0.0;
+      for (const Index tet : w.entered()) angle = std::max(angle, angle_between(walk.down(tet), u));
+      result[i] = {length, angle, w.stop == WalkStop::length || length - w.length <= kArrival};
     }
   });
   return result;
