@@ -226,9 +226,8 @@ struct TrimmedLayer {
   Index pieces = 0, pieces_in_passes = 0;
 };
 
-// Removes the pieces that are too small, and those that nothing carries: the model or other support does not reach below enough
-// of them.
-void drop_floating(const Domain& domain, const ScalarField& field, int layer_count, const Solid& solid,
+// Removes what is too small, and, where asked for, what nothing carries.
+void remove_pieces(const Domain& domain, const ScalarField& field, int layer_count, const Solid& solid,
                    const TrimOptions& options, std::vector<TrimmedLayer>& layers, const RunContext& run) {
   std::vector<TrimmedSheet*> sheets;
   std::vector<TrimmedLayer*> layer_of;
@@ -238,27 +237,25 @@ void drop_floating(const Domain& domain, const ScalarField& field, int layer_cou
       layer_of.push_back(&layer);
     }
   }
-  std::vector<FloatingPiece> floating;
-  if (options.remove_floating) floating = find_floating(domain, field, layer_count, solid, sheets, run);
-  std::size_t i = 0;
-  for (std::size_t s = 0; s < sheets.size(); ++s) {
-    TrimmedSheet& sheet = *sheets[s];
-    TrimmedLayer& layer = *layer_of[s];
-    std::vector<char> keep(sheet.pieces.size());
-    for (std::size_t p = 0; p < keep.size(); ++p) keep[p] = !sheet.pieces[p].too_small;
-    for (; i < floating.size() && floating[i].sheet == s; ++i) {
-      const Piece& piece = sheet.pieces[floating[i].piece];
-      keep[floating[i].piece] = 0;
-      layer.removed.push_back({sheet.head.layer, sheet.head.pass, sheet.head.passes, piece.area, piece.centroid, true});
-      --layer.pieces;
-      if (sheet.head.passes > 1) {
-        --layer.pieces_in_passes;
-      } else {
-        layer.areas.kept_mm2 -= piece.area;
-        layer.areas.removed_mm2 += piece.area;
-      }
+  if (!options.remove_floating) {
+    for (TrimmedSheet* sheet : sheets) {
+      std::vector<char> keep(sheet->pieces.size());
+      for (std::size_t p = 0; p < keep.size(); ++p) keep[p] = !sheet->pieces[p].too_small;
+      keep_pieces(*sheet, keep);
     }
-    keep_pieces(sheet, keep);
+    return;
+  }
+  for (const Floating& gone : drop_floating(domain, field, layer_count, solid, options.min_piece_area_mm2, sheets, run)) {
+    const Sheet& head = sheets[gone.sheet]->head;
+    TrimmedLayer& layer = *layer_of[gone.sheet];
+    layer.removed.push_back({head.layer, head.pass, head.passes, gone.area, gone.centroid, true});
+    layer.pieces -= gone.pieces_less;
+    if (head.passes > 1) {
+      layer.pieces_in_passes -= gone.pieces_less;
+    } else {
+      layer.areas.kept_mm2 -= gone.area;
+      layer.areas.removed_mm2 += gone.area;
+    }
   }
 }
 
@@ -432,7 +429,7 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
     }
     run.progress(static_cast<double>(++done) / static_cast<double>(tasks));
   });
-  drop_floating(domain, field, untrimmed.count, solid, options, layers, run);
+  remove_pieces(domain, field, untrimmed.count, solid, options, layers, run);
 
   std::array<Coarsening, kMaterialCount> coarsening;
   for (const Coarsening& sheet : model_coarsening) coarsening[kModel] += sheet;

@@ -168,6 +168,31 @@ TEST(Trim, PiecesThatNothingCarriesAreRemovedAndListed) {
   EXPECT_NEAR(result.report.areas.removed_mm2, 2.0 * std::numbers::pi * (4.0 + 3.51 + 1.11), 0.5);
 }
 
+TEST(Trim, AThickTrunkOnAThinPostWidensAsThePostCarriesIt) {
+  const Capsules solid({{{10, 10, -2}, {10, 10, 20}, 1.0}, {{10, 10, 9.0}, {10, 10, 30}, 3.5}});
+  const Column column = planar_column(1.0, 1.0);
+  const TrimResult whole = trim_layers(column.domain, column.field, column.layers, solid, {.remove_floating = false});
+  const TrimResult result = trim_layers(column.domain, column.field, column.layers, solid);
+  EXPECT_TRUE(all_ok(result.report.checks));
+  ASSERT_EQ(result.stack.sheets.size(), 16u);
+  double below = std::numbers::pi, cut = 0.0;
+  for (std::size_t s = 0; s < 16; ++s) {
+    const double area = sheet_area(result.stack, result.stack.sheets[s]);
+    EXPECT_LT(area, below / 0.3) << "z = " << 16.0 * result.stack.sheets[s].iso_value;
+    cut += sheet_area(whole.stack, whole.stack.sheets[s]) - area;
+    below = area;
+  }
+  EXPECT_NEAR(below, std::numbers::pi * 3.5 * 3.5, 0.1);
+  double listed = 0.0;
+  for (const RemovedPiece& piece : result.report.removed) {
+    EXPECT_TRUE(piece.floating);
+    listed += piece.area_mm2;
+  }
+  EXPECT_GT(cut, 10.0);
+  EXPECT_NEAR(listed, cut, 1e-6);
+  EXPECT_EQ(result.report.support_pieces, 16);
+}
+
 TEST(Trim, WhatLiesOnATooSmallPieceIsRemovedToo) {
   // 0.28 mm2 at z = 7 would carry three tenths of each section of the strut over it.
   const Capsules solid({{{14, 14, 6.9}, {14, 14, 7.1}, 0.3}, {{14, 14, 8.6}, {14, 14, 20}, 0.55}});

@@ -80,8 +80,9 @@ struct TrimResult {
 // region of the slab k / N <= G < (k + 1) / N: the pieces of the layer k + 1/2 and all pieces of the passes that lie over or
 // under them along grad G.
 //
-// A piece with less than a quarter of its area over the model, other support or the platform cannot be laid: the lowest
-// layers of a trunk beside a model part that is thinner than the trunk. It is removed and listed.
+// A piece with less than 0.3 of its area over the model, other support or the platform cannot be laid: the lowest layers of
+// a trunk beside a model part that is thinner than the trunk. Of such pieces only what rests stays, and beside that as much
+// as the layer is thick: the trunk widens as it is carried. The rest is removed and listed.
 //
 // `untrimmed` is the result of slice_layers. Parallel over layers; same bytes for any thread count.
 [[nodiscard]] TrimResult trim_layers(const Domain& domain, const ScalarField& field, const LayerStack& untrimmed,
