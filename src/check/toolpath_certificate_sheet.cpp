@@ -546,12 +546,13 @@ SheetFindings measure_sheet(const SheetTask& task, Index sheet, const std::vecto
     if (!surface.touched(i)) found.missing.push_back({pieces[i].centroid, pieces[i].area});
   }
   const ElementGrid grid = grid_of(segments, task.options.bead_width_mm);
-  if (task.options.dense[static_cast<int>(task.printed.sheets[sheet].material)]) {
+  const int m = static_cast<int>(task.printed.sheets[sheet].material);
+  if (task.options.dense[m]) {
     measure_coverage(task, surface.facets(), segments, grid, found);
-  } else if (task.options.line_spacing_mm[static_cast<int>(task.printed.sheets[sheet].material)] > 0.0) {
+  } else if (task.options.line_spacing_mm[m] > 0.0) {
     measure_sparse_coverage(task, task.printed.sheets[sheet], surface.facets(), segments, grid, found);
   }
-  measure_spacing(task, segments, grid, found);
+  if (task.options.perimeters[m] != 1) measure_spacing(task, segments, grid, found);
   return found;
 }
 

@@ -287,7 +287,7 @@ ToolpathCertificateOptions toolpath_certificate_options(const Json& config) {
   options.interface_layers = toolpath.interface_layers;
   options.interface_gap_mm = toolpath.interface_gap_mm;
   for (int m = 0; m < kMaterialCount; ++m) {
-    options.perimeters[m] = toolpath.material[m].perimeters;
+    options.perimeters[m] = toolpath.material[m].pattern == FillPattern::contour_zigzag ? toolpath.material[m].perimeters : 0;
     options.line_spacing_mm[m] = toolpath.material[m].line_spacing_mm.value_or(0.0);
     options.dense[m] = options.line_spacing_mm[m] <= options.bead_width_mm;
   }

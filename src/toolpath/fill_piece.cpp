@@ -21,6 +21,7 @@ constexpr double kLongestTurn = 5.0;   // widths, from one line to the next wher
 constexpr double kLongestOpenTurn = 2.0;  // ... or spacings
 constexpr double kInset = 0.25;        // widths from the inner edge of the innermost ring to the ends of lines, which hold on to it
 constexpr double kShortestLine = 0.75; // widths
+constexpr double kFewestLines = 3.0;   // must have room beside each other inside the rings of a piece; less is filled by rings
 constexpr double kDepthSlack = 0.02;   // mm
 constexpr double kWidestRing = 1.15;   // widths
 constexpr double kEnoughRoom = 0.97;   // of a piece, that its beads must be able to fill
@@ -98,11 +99,12 @@ class PieceFiller {
       : sheet_(sheet), options_(options), fill_(options.material[static_cast<int>(sheet.material)]), sparse_(sparse),
         beads_{options.bead_width_mm, options.min_bead_mm, options.max_bead_mm},
         distance_(border_distance(std::move(mesh), beads_.width)),
+        zigzag_(fill_.pattern == FillPattern::contour_zigzag && (sparse || has_room_for_lines())),
         ridge_(distance_, beads_) {}
 
   FilledPiece run() {
     std::vector<Track> contours = trace_contours(ridge_), lines;
-    if (zigzag()) lines = trace_inside();
+    if (zigzag_) lines = trace_inside();
     if (lines.empty() && !can_hold(contours)) contours = trace_roomier(std::move(contours));
     count(contours);
     filled_.lines = static_cast<Index>(lines.size());
@@ -118,16 +120,22 @@ class PieceFiller {
   }
 
  private:
-  [[nodiscard]] bool zigzag() const { return fill_.pattern == FillPattern::contour_zigzag; }
   [[nodiscard]] double rings_depth() const { return fill_.perimeters * beads_.width; }
+  [[nodiscard]] bool has_room_for_lines() const {
+    const double least = rings_depth() + 0.5 * kFewestLines * beads_.width;
+    for (Index v = 0; v < static_cast<Index>(distance_.mesh().vertices.size()); ++v) {
+      if (distance_.distance(v) > least) return true;
+    }
+    return false;
+  }
   // Up to here a medial line inside the rings has a centre line; where it is deeper, lines run.
   [[nodiscard]] double narrow_depth() const { return rings_depth() + 0.5 * beads_.max; }
 
   std::vector<Track> trace_contours(const Ridge& ridge) const {
-    std::vector<Track> tracks = trace_rings(distance_, ridge, beads_.width, zigzag() ? fill_.perimeters : std::numeric_limits<int>::max() / 2);
+    std::vector<Track> tracks = trace_rings(distance_, ridge, beads_.width, zigzag_ ? fill_.perimeters : std::numeric_limits<int>::max() / 2);
     for (Track& line : ridge.centre_lines()) {
       const TrackPoint& middle = line.points[line.points.size() / 2];
-      if (zigzag() && distance_at(distance_, middle.triangle, middle.position) > narrow_depth() + kDepthSlack) continue;
+      if (zigzag_ && distance_at(distance_, middle.triangle, middle.position) > narrow_depth() + kDepthSlack) continue;
       tracks.push_back(std::move(line));
     }
     return tracks;
@@ -229,6 +237,7 @@ class PieceFiller {
   bool sparse_;
   BeadWidths beads_;
   BorderDistance distance_;
+  bool zigzag_;  // lines run inside the rings
   Ridge ridge_;
   FilledPiece filled_;
 };

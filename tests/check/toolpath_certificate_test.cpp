@@ -180,6 +180,22 @@ TEST(ToolpathCertificate, SeesUnevenRings) {
   EXPECT_TRUE(failed(scene.certify()).contains("spacing_spread"));
 }
 
+TEST(ToolpathCertificate, ASingleRingAroundLinesHasNoNeighbour) {
+  // What lies beside it is the ring of the piece's other side.
+  Scene scene(0);
+  scene.printed.sheets.push_back({});
+  scene.add_plate(Vec3(0, 0, 0.4), kSide);
+  for (const double inset : {0.4, 1.4, 2.4}) scene.add_ring(0, 0.4, inset);
+  const auto spacings = [&](int perimeters) {
+    return certify_toolpaths(scene.domain, scene.field, scene.printed, scene.toolpaths,
+                             {.bead_width_mm = kWidth, .perimeters = {perimeters, 2}})
+        .spacing_samples;
+  };
+  EXPECT_GT(spacings(0), 0);
+  EXPECT_GT(spacings(2), 0);
+  EXPECT_EQ(spacings(1), 0);
+}
+
 TEST(ToolpathCertificate, SeesARingOffItsLayer) {
   Scene scene;
   scene.for_points_of(1, [](PathPoint& p) { p.position.z() += 0.06; });
@@ -345,6 +361,7 @@ struct SparseScene : Scene {
   [[nodiscard]] ToolpathCertificate certify_sparse() const {
     ToolpathCertificateOptions options{.bead_width_mm = kWidth, .dense = {true, false}};
     options.line_spacing_mm[1] = kSpacing;
+    options.perimeters[1] = 2;
     return certify_toolpaths(domain, field, printed, toolpaths, options);
   }
 };

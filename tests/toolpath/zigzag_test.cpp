@@ -171,6 +171,17 @@ TEST(Zigzag, PerimetersComeFirstAndAreCounted) {
   }
 }
 
+TEST(Zigzag, RingsFillWhatIsTooNarrowForThreeLines) {
+  ToolpathOptions options = zigzag();
+  EXPECT_EQ(plan(sheets::strip(30, 5.4, 60, 11), options).report.lines, 0);
+  EXPECT_GT(plan(sheets::strip(30, 5.8, 60, 12), options).report.lines, 0);
+  options.material[0].perimeters = 1;
+  for (const double side : {2.8, 3.0, 3.2, 3.4, 3.6, 3.8}) {
+    const auto result = plan(sheets::strip(side, side, 6, 6), options);
+    EXPECT_NEAR(result.report.volume_mm3[0] / result.report.layer_volume_mm3[0], 1.0, 0.02) << side;
+  }
+}
+
 TEST(Zigzag, SparseLinesKeepTheirWidthAndSpacing) {
   ToolpathOptions options = zigzag();
   for (const double spacing : {1.6, 2.4, 4.0}) {

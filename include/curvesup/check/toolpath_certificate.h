@@ -15,10 +15,10 @@ struct ToolpathCertificateOptions {
   double bead_width_mm = 0.8;
   // False for a material that is filled sparsely on purpose: it is left out of coverage, overlap and volume sums.
   std::array<bool, kMaterialCount> dense{true, true};
-  // Of a material that is filled by lines with room between them: their spacing, and the number of rings around them. 0: it
-  // is not looked at.
+  // Of a material that is filled by lines with room between them: their spacing. 0: it is not looked at.
   std::array<double, kMaterialCount> line_spacing_mm{};
-  std::array<int, kMaterialCount> perimeters{2, 2};
+  // The number of rings around the lines of a material. A single one has no neighbour; 0: rings run all over.
+  std::array<int, kMaterialCount> perimeters{};
   int interface_layers = 1;       // support that near under the model is dense all the same ...
   double interface_gap_mm = 0.0;  // ... with that gap between them
 
@@ -47,7 +47,8 @@ struct ToolpathCertificateOptions {
 // Overlap: sum of width * length over the covered area, less 1.
 // Spacing: from points of rings, at right angles to the path along the layer and to both sides, the distance to the
 //   first path within 1.75 w, where that is a ring that runs parallel within 25 degrees. A ring is a part of a contour
-//   whose bead is w wide within 10 %; the rest of a contour fills what rings leave, as wide as that is, or joins them.
+//   whose bead is w wide within 10 %; the rest of a contour fills what rings leave, as wide as that is, or joins them. Where
+//   a material has a single ring around its lines, only rings from two sides of a piece could meet: it is left out.
 // Local height: 1 / (N m |grad G|) of the triangle, or the height of the tip above the platform where that is less. A
 //   segment across several triangles may have any height between those of the triangles that it touches.
 // Volume of a layer: what is missing or too much beyond the volume of its pieces smaller than w^2, against the whole; a
