@@ -59,6 +59,48 @@ class RowBuilder {
   const std::vector<double>& given_;
 };
 
+constexpr double kFlat = 1e-5;  // of a tet's longest edge: lower ones have no gradient to speak of
+
+// Marks the support tets without height. They lie where more than three vertices of a flat face of the model are in one plane but for
+// rounding, as they are when it stands at any other angle than it was drawn.
+std::vector<char> flat_tets(const Domain& domain) {
+  const TetMesh& mesh = domain.mesh;
+  std::vector<char> flat(mesh.tets.size(), 0);
+  for (Index t = domain.model_tets; t < static_cast<Index>(flat.size()); ++t) {
+    const auto& v = mesh.tets[t];
+    double longest = 0.0, broadest = 0.0;
+    for (const auto& [a, b] : kTetEdge) longest = std::max(longest, (mesh.vertices[v[a]] - mesh.vertices[v[b]]).norm());
+    for (int f = 0; f < 4; ++f) {
+      const auto c = face_vertices(v, f);
+      broadest = std::max(broadest, area_normal(mesh.vertices[c[0]], mesh.vertices[c[1]], mesh.vertices[c[2]]).norm());
+    }
+    flat[t] = 6.0 * tet_volume(mesh, t) <= kFlat * longest * broadest;
+  }
+  return flat;
+}
+
+// Gives flat tets the gradient of a neighbour across one of their largest faces, as near as there is one.
+void fill_flat_tets(const Domain& domain, std::vector<char> flat, ScalarField& field) {
+  const TetMesh& mesh = domain.mesh;
+  for (bool any = true; any;) {
+    any = false;
+    for (Index t = domain.model_tets; t < static_cast<Index>(flat.size()); ++t) {
+      if (!flat[t]) continue;
+      double largest = 0.0;
+      for (int f = 0; f < 4; ++f) {
+        const Index other = domain.topology.neighbours[t][f];
+        if (other == kNone || flat[other]) continue;
+        const auto c = face_vertices(mesh.tets[t], f);
+        const double area = area_normal(mesh.vertices[c[0]], mesh.vertices[c[1]], mesh.vertices[c[2]]).norm();
+        if (area <= largest) continue;
+        largest = area;
+        field.gradient[t] = field.gradient[other];
+      }
+      if (largest > 0.0) flat[t] = 0, any = true;
+    }
+  }
+}
+
 // A support tet's face with its unit outward normal and area.
 struct Face {
   Index tet = kNone;
@@ -80,12 +122,14 @@ struct SupportFaces {
   std::vector<Face> floor, side;
 };
 
-SupportFaces collect_faces(const Domain& domain) {
+// Those of flat tets are left out.
+SupportFaces collect_faces(const Domain& domain, const std::vector<char>& flat) {
   SupportFaces faces;
   for (Index t = domain.model_tets; t < static_cast<Index>(domain.mesh.tets.size()); ++t) {
+    if (flat[t]) continue;
     for (int f = 0; f < 4; ++f) {
       const Index other = domain.topology.neighbours[t][f];
-      if (other != kNone && other >= domain.model_tets && other < t) continue;
+      if (other != kNone && other >= domain.model_tets && (other < t || flat[other])) continue;
       const Face face = make_face(domain.mesh, t, f);
       if (other == kNone) {
         (face.normal.z() < -kFloorCosine ? faces.floor : faces.side).push_back(face);
@@ -217,7 +261,8 @@ ExtensionResult extend_field(const Domain& domain, const ScalarField& model_fiel
   ExtensionResult result;
   ExtensionReport& report = result.report;
   report.unknowns = vertices - domain.model_vertices;
-  const SupportFaces faces = collect_faces(domain);
+  const std::vector<char> flat = flat_tets(domain);
+  const SupportFaces faces = collect_faces(domain, flat);
   System system = assemble(domain, model_field, faces, unknown, value, median, options, run);
   LeastSquaresSolver solver(report.unknowns, system.rows, run);
   for (int round = 0;; ++round) {
@@ -230,6 +275,7 @@ ExtensionResult extend_field(const Domain& domain, const ScalarField& model_fiel
   }
   report.residual = solver.residual();
   result.field = make_scalar_field(mesh, std::move(value));
+  fill_flat_tets(domain, flat, result.field);
   count_extrema(domain, result.field.value, report);
   const auto lengths = gradient_quantiles(mesh, result.field, domain.model_tets, static_cast<Index>(mesh.tets.size()), true,
                                           {0.01, 0.5, 0.99});

@@ -68,6 +68,42 @@ TEST(Extension, ATiltedLinearFieldStaysLinearWithoutFloorAndOutflow) {
   }
 }
 
+// Moves a free vertex until one of its tets has next to no height, and no other one has; false where none can be moved so.
+bool flatten_a_tet(Domain& domain) {
+  TetMesh& mesh = domain.mesh;
+  for (Index t = domain.model_tets; t < static_cast<Index>(mesh.tets.size()); ++t) {
+    for (int c = 0; c < 4; ++c) {
+      const Index v = mesh.tets[t][c];
+      if (v < domain.model_vertices || (domain.vertex_flags[v] & Domain::kOnHull)) continue;
+      const auto face = face_vertices(mesh.tets[t], c);
+      const Vec3 a = mesh.vertices[face[0]], was = mesh.vertices[v];
+      const Vec3 n = area_normal(a, mesh.vertices[face[1]], mesh.vertices[face[2]]).normalized();
+      mesh.vertices[v] -= (1.0 - 1e-14) * n.dot(was - a) * n;
+      bool good = true;
+      for (Index other = 0; other < static_cast<Index>(mesh.tets.size()); ++other) {
+        const auto& corners = mesh.tets[other];
+        if (other != t && std::find(corners.begin(), corners.end(), v) != corners.end()) good = good && tet_volume(mesh, other) > 1e-2;
+      }
+      if (good) return true;
+      mesh.vertices[v] = was;
+    }
+  }
+  return false;
+}
+
+TEST(Extension, ATetWithoutHeightDoesNoHarm) {
+  const Model model = shapes::block_on_legs();
+  DomainResult domain = around(model);
+  ASSERT_TRUE(flatten_a_tet(domain.domain));
+  const ScalarField field = field_of(model, [](const Vec3& p) { return 0.1 + p.z() / 20.0; });
+  const ExtensionResult result = extend_field(domain.domain, field, 40);
+  for (std::size_t v = 0; v < domain.domain.mesh.vertices.size(); ++v) {
+    EXPECT_NEAR(result.field.value[v], 0.1 + domain.domain.mesh.vertices[v].z() / 20.0, 1e-9);
+  }
+  for (const Vec3& gradient : result.field.gradient) EXPECT_NEAR((gradient - Vec3(0, 0, 0.05)).norm(), 0.0, 1e-6);
+  for (const Check& check : result.report.checks) EXPECT_TRUE(check.ok) << check.name;
+}
+
 TEST(Extension, KeepsTheModelsValuesToTheBit) {
   const Model model = shapes::block_on_legs();
   const DomainResult domain = around(model);
