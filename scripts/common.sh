@@ -41,3 +41,16 @@ configure_and_build() {
   }
   cmake --build "$folder" || die "the build failed"
 }
+
+# reference_config NAME FOLDER: prints the config of a reference model in FOLDER, in the pose of the paper.
+reference_config() {
+  local rotate translate count
+  case $1 in
+    dome) rotate="[0, 0, 0]" translate="[0, 0, 3]" count=80 ;;
+    bridge) rotate="[180, 0, 0]" translate="[0, 0, 100]" count=150 ;;
+    topopt) rotate="[0, 140, 0]" translate="[0, 0, 20]" count=100 ;;
+    *) die "no reference model is called $1" ;;
+  esac
+  echo "{\"model\": {\"up_axis\": \"y\", \"rotate_deg\": $rotate, \"translate_mm\": $translate}, \"layers\": {\"count\": $count},
+    \"field\": {\"source\": \"scalar_file\", \"path\": \"$2/$1/field.txt\"}, \"machine\": {\"extends\": \"ur5e_duet.json\"}}"
+}
