@@ -236,13 +236,16 @@ std::shared_ptr<const Solid> envelope_solid(const SliceState& state, double alph
 void solid(SliceState& state, const RunContext& run) {
   if (!state.supported) return;
   const SolidOptions options = solid_options(state.config);
+  std::vector<Contact> contacts;
   if (options.method == SupportMethod::envelope) {
     state.solid = envelope_solid(state, options.envelope_alpha_mm, run);
   } else {
     const auto stands = stands_on_model(state.skeleton.skeleton, state.domain.domain, state.extension.field);
     state.solid = std::make_shared<ConvolutionSolid>(state.skeleton.skeleton, options.convolution, stands, run);
+    contacts = contacts_of(state.skeleton.skeleton, stands);
   }
-  state.solid = with_interface(std::move(state.solid), state.model.model, state.field.field, state.overhang, state.layer_count, options.interface);
+  state.solid = with_interface(std::move(state.solid), state.model.model, state.field.field, state.overhang, state.layer_count,
+                               options.interface, contacts);
 }
 
 // ---------------------------------------------------------------------------------------------------------- trim

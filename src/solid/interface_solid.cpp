@@ -19,8 +19,8 @@ constexpr double kSlant = std::numbers::sqrt2;
 class InterfaceSolid final : public Solid {
  public:
   InterfaceSolid(std::shared_ptr<const Solid> base, const Model& model, const ScalarField& field, const Overhang& overhang,
-                 int layer_count, const InterfaceOptions& options)
-      : base_(std::move(base)), options_(options) {
+                 int layer_count, const InterfaceOptions& options, std::span<const Contact> contacts)
+      : base_(std::move(base)), options_(options), contacts_(contacts.begin(), contacts.end()) {
     const auto part = [&](const std::vector<Index>& faces) {
       TriangleMesh mesh;
       mesh.vertices = model.mesh.vertices;
@@ -55,7 +55,7 @@ class InterfaceSolid final : public Solid {
     if (options_.top_gap_mm > 0.0 && above.distance < reach_) value = std::min(value, above.distance - options_.top_gap_mm);
     if (!walls_.empty()) {
       const auto wall = walls_.nearest(p, options_.side_gap_mm + 1.0);
-      if (wall) value = std::min(value, wall->distance - options_.side_gap_mm);
+      if (wall) value = std::min(value, wall->distance - side_gap(p));
     }
     return value;
   }
@@ -88,12 +88,18 @@ class InterfaceSolid final : public Solid {
     if (!hit) return {};
     return {hit->t, depth_[hit->triangle]};
   }
+  [[nodiscard]] double side_gap(const Vec3& p) const {
+    double gap = options_.side_gap_mm;
+    for (const Contact& contact : contacts_) gap = std::min(gap, std::max(0.0, (p - contact.centre).norm() - contact.radius_mm));
+    return gap;
+  }
   [[nodiscard]] bool near_overhang(const Vec3& centre, double radius) const {
     return !overhang_.empty() && overhang_.nearest(centre, radius + reach_).has_value();
   }
 
   std::shared_ptr<const Solid> base_;
   InterfaceOptions options_;
+  std::vector<Contact> contacts_;
   TriangleTree overhang_, walls_;
   std::vector<Vec3> direction_;  // per overhang face: d_p
   std::vector<double> depth_;    // and the depth of the interface in mm
@@ -102,13 +108,25 @@ class InterfaceSolid final : public Solid {
 
 }  // namespace
 
+std::vector<Contact> contacts_of(const Skeleton& skeleton, std::span<const ModelStand> stands) {
+  std::vector<double> trunk(skeleton.nodes.size(), 0.0);
+  for (const SkeletonEdge& e : skeleton.edges) trunk[e.lower] = std::max(trunk[e.lower], e.radius_mm);
+  std::vector<Contact> contacts;
+  for (const ModelStand& stand : stands) {
+    const double radius = trunk[stand.node], height = std::max(0.0, radius - stand.radius_mm) / stand.slope;
+    contacts.push_back({skeleton.nodes[stand.node].position, std::hypot(radius, height)});
+  }
+  return contacts;
+}
+
 std::shared_ptr<const Solid> with_interface(std::shared_ptr<const Solid> base, const Model& model, const ScalarField& field,
-                                            const Overhang& overhang, int layer_count, const InterfaceOptions& options) {
+                                            const Overhang& overhang, int layer_count, const InterfaceOptions& options,
+                                            std::span<const Contact> contacts) {
   if (options.interface_layers < 0) throw Error(ErrorKind::usage, "support.interface_layers", "is below 0");
   if (!(options.top_gap_mm >= 0.0)) throw Error(ErrorKind::usage, "support.top_gap_mm", "is below 0");
   if (!(options.side_gap_mm >= 0.0)) throw Error(ErrorKind::usage, "support.side_gap_mm", "is below 0");
   if (options.interface_layers == 0 && options.top_gap_mm == 0.0 && options.side_gap_mm == 0.0) return base;
-  return std::make_shared<InterfaceSolid>(std::move(base), model, field, overhang, layer_count, options);
+  return std::make_shared<InterfaceSolid>(std::move(base), model, field, overhang, layer_count, options, contacts);
 }
 
 }  // namespace curvesup

@@ -67,6 +67,34 @@ TEST(InterfaceSolid, GapsKeepOffOverhangAndWalls) {
   EXPECT_GT(taken, 100);
 }
 
+// Support that stands on a wall touches it there, and only there.
+TEST(InterfaceSolid, NoWallIsKeptOffWhereATrunkStandsOnIt) {
+  const Hanging h;
+  const auto post = std::make_shared<shapes::Capsules>(std::vector<shapes::Capsules::Capsule>{{{-1.0, 6, -2}, {-1.0, 6, 30}, 1.2}});
+  const std::vector<Contact> contacts = {{Vec3(0, 6, 15), 1.5}};
+  const auto solid = with_interface(post, h.model, h.field, h.overhang, h.layer_count, {.side_gap_mm = 0.4}, contacts);
+  const auto beside_wall = [&](double z) { return solid->inside(Vec3(-0.1, 6, z)); };
+  EXPECT_TRUE(beside_wall(15));
+  EXPECT_TRUE(beside_wall(16.4));
+  EXPECT_FALSE(beside_wall(17.1));  // the whole gap again, 0.4 mm beyond the contact
+  EXPECT_FALSE(beside_wall(12.9));
+  EXPECT_TRUE(solid->inside(Vec3(-0.5, 6, 17.1)));
+}
+
+TEST(Contacts, HoldTheConeOfATrunk) {
+  Skeleton skeleton;
+  skeleton.nodes.resize(2);
+  skeleton.nodes[0].position = Vec3(1, 2, 9);
+  skeleton.nodes[1].position = Vec3(1, 2, 3);
+  skeleton.nodes[1].kind = NodeKind::model_end;
+  skeleton.edges.push_back({0, 1, 4, 3.0, 0});
+  const std::vector<ModelStand> stands = {{.node = 1, .radius_mm = 1.0, .slope = 0.5}};
+  const auto contacts = contacts_of(skeleton, stands);
+  ASSERT_EQ(contacts.size(), 1u);
+  EXPECT_EQ(contacts[0].centre, Vec3(1, 2, 3));
+  EXPECT_NEAR(contacts[0].radius_mm, 5.0, 1e-12);  // 4 mm up the cone is 3 mm wide
+}
+
 TEST(InterfaceSolid, BoundsHold) {
   const Hanging h;
   const auto solid = h.solid({.interface_layers = 2, .top_gap_mm = 0.2, .side_gap_mm = 0.3});
