@@ -15,6 +15,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A point under an overhang face at most 45 degrees off d_p is at most so many times nearer to it than along d_p.
 constexpr double kSlant = std::numbers::sqrt2;
+// mm. What a gap leaves of a strut may be as thin as one likes; as if no strip were narrower than twice this.
+constexpr double kThinnestRest = 0.5;
 
 class InterfaceSolid final : public Solid {
  public:
@@ -70,9 +72,9 @@ class InterfaceSolid final : public Solid {
     return base_->surely_outside(centre, radius) && (deepest_ <= 0.0 || !near_overhang(centre, radius));
   }
   [[nodiscard]] double thinnest_radius(const Vec3& centre, double radius, double enough) const override {
-    if (near_overhang(centre, radius)) return 0.0;
-    if (!walls_.empty() && walls_.nearest(centre, radius + options_.side_gap_mm)) return 0.0;
-    return base_->thinnest_radius(centre, radius, enough);
+    const double thinnest = base_->thinnest_radius(centre, radius, enough);
+    const bool changed = near_overhang(centre, radius) || (!walls_.empty() && walls_.nearest(centre, radius + options_.side_gap_mm));
+    return changed ? std::min(thinnest, kThinnestRest) : thinnest;
   }
 
  private:

@@ -69,6 +69,28 @@ TEST(Trim, ThinStrutsAreFoundAtAnyTriangleSize) {
   }
 }
 
+// What a gap leaves of a trunk may be much thinner than a strut; the solid says so, and such a strip is not lost between samples.
+TEST(Trim, ThinRestsOfAStrutAreFound) {
+  class Slice final : public Capsules {
+   public:
+    using Capsules::Capsules;
+    [[nodiscard]] double value(const Vec3& p) const override {
+      return std::min(Capsules::value(p), 0.2 - std::abs(0.8 * (p.x() - 9.3) + 0.6 * (p.y() - 8.1)));
+    }
+    [[nodiscard]] double thinnest_radius(const Vec3&, double, double) const override { return 0.5; }
+  };
+  const Slice solid({{{9.3, 8.1, -2}, {9.3, 8.1, 20}, 2.3}});
+  for (const double cell : {10.0, 5.0, 2.0}) {
+    const Column column = planar_column(cell, 2.0);
+    const TrimResult result =
+        trim_layers(column.domain, column.field, column.layers, solid, {.edge_length_mm = 0.8, .remove_floating = false});
+    ASSERT_EQ(result.stack.sheets.size(), 8u) << "cell " << cell;
+    for (const Sheet& sheet : result.stack.sheets) {
+      EXPECT_NEAR(sheet_area(result.stack, sheet) / raster_area(solid, 16.0 * sheet.iso_value, 0.02), 1.0, 0.03) << "cell " << cell;
+    }
+  }
+}
+
 TEST(Trim, TrianglesFollowTheLocalStrutRadius) {
   // A thin strut beside a thick trunk: long edges at the trunk must not cost the thin one anything.
   const std::vector<Strut> struts = {{{7, 9, -9}, {8, 9, 30}, 4.0}, {{16.5, 6, -9}, {15.5, 15, 30}, 0.8}};
