@@ -15,7 +15,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A point under an overhang face at most 45 degrees off d_p is at most so many times nearer to it than along d_p.
 constexpr double kSlant = std::numbers::sqrt2;
-// mm. What a gap leaves of a strut may be as thin as one likes; as if no strip were narrower than twice this.
+// mm. What a gap leaves of a strut may be as thin as one likes; strips narrower than twice this may be lost.
 constexpr double kThinnestRest = 0.5;
 
 class InterfaceSolid final : public Solid {
@@ -71,10 +71,9 @@ class InterfaceSolid final : public Solid {
   [[nodiscard]] bool surely_outside(const Vec3& centre, double radius) const override {
     return base_->surely_outside(centre, radius) && (deepest_ <= 0.0 || !near_overhang(centre, radius));
   }
+  [[nodiscard]] double thinnest_rest(const Vec3& centre, double radius) const override { return changed(centre, radius) ? kThinnestRest : 0.0; }
   [[nodiscard]] double thinnest_radius(const Vec3& centre, double radius, double enough) const override {
-    const double thinnest = base_->thinnest_radius(centre, radius, enough);
-    const bool changed = near_overhang(centre, radius) || (!walls_.empty() && walls_.nearest(centre, radius + options_.side_gap_mm));
-    return changed ? std::min(thinnest, kThinnestRest) : thinnest;
+    return changed(centre, radius) ? 0.0 : base_->thinnest_radius(centre, radius, enough);
   }
 
  private:
@@ -89,6 +88,9 @@ class InterfaceSolid final : public Solid {
     const auto hit = overhang_.first_hit(p, direction_[near->triangle], 0.0, kSlant * reach_);
     if (!hit) return {};
     return {hit->t, depth_[hit->triangle]};
+  }
+  [[nodiscard]] bool changed(const Vec3& centre, double radius) const {
+    return near_overhang(centre, radius) || (!walls_.empty() && walls_.nearest(centre, radius + options_.side_gap_mm));
   }
   [[nodiscard]] double side_gap(const Vec3& p) const {
     double gap = options_.side_gap_mm;

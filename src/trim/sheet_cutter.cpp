@@ -14,7 +14,6 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // Samples may be as far apart as this part of the radius of the thinnest strut near them.
 constexpr double kEdgePerRadius = 0.35;
-constexpr double kRestPart = 0.9;  // thinner than this part of a leaf strut is no strut
 // Between samples so many steps apart that all have such a value, their middle among them, everything counts as inside: struts
 // are convex, so all that this can overlook is a notch or a hole narrower than that and deep in the solid.
 constexpr int kInsideIntervals = 4;
@@ -125,10 +124,10 @@ const SheetCutter::Edge& SheetCutter::edge(Index a, Index b) {
   // Steps so short that no strut that reaches the ball around the edge slips through between samples.
   edge.step = edge_length_;
   if (length > edge_length_) {
-    const double thinnest = solid_->thinnest_radius(start + 0.5 * along, 0.5 * length, edge_length_ / kEdgePerRadius);
-    // No strut is thinner than a leaf's, edge_length_; what is left of one may be.
-    const bool is_rest = thinnest > 0.0 && thinnest < kRestPart * edge_length_;
-    edge.step = is_rest ? kEdgePerRadius * thinnest : std::max(edge_length_, kEdgePerRadius * thinnest);
+    const Vec3 middle = start + 0.5 * along;
+    const double rest = solid_->thinnest_rest(middle, 0.5 * length);
+    const auto thinnest = [&] { return solid_->thinnest_radius(middle, 0.5 * length, edge_length_ / kEdgePerRadius); };
+    edge.step = rest > 0.0 ? std::min(edge_length_, kEdgePerRadius * rest) : std::max(edge_length_, kEdgePerRadius * thinnest());
   }
   edge.intervals = intervals(length, edge.step);
   edge.first_cut = static_cast<Index>(cuts_.size());

@@ -123,9 +123,8 @@ TEST(InterfaceSolid, SaysWhereThinRestsMayBe) {
   const Hanging h;
   const std::vector<Strut> struts = {{{-1, 6, -2}, {-1, 6, 30}, 1.2}};
   const auto solid = with_interface(std::make_shared<ConvolutionSolid>(struts), h.model, h.field, h.overhang, 20, {.side_gap_mm = 0.4});
-  const double beside_wall = solid->thinnest_radius(Vec3(-0.8, 6, 15), 0.5, 0.0);
-  EXPECT_GT(beside_wall, 0.0);
-  EXPECT_LE(beside_wall, 0.5);
+  EXPECT_EQ(solid->thinnest_rest(Vec3(-0.8, 6, 15), 0.5), 0.5);
+  EXPECT_EQ(solid->thinnest_rest(Vec3(-1, 6, 5), 0.5), 0.0);
   EXPECT_NEAR(solid->thinnest_radius(Vec3(-1, 6, 5), 0.5, 0.0), 1.2, 1e-9);
 }
 

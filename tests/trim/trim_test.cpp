@@ -77,7 +77,7 @@ TEST(Trim, ThinRestsOfAStrutAreFound) {
     [[nodiscard]] double value(const Vec3& p) const override {
       return std::min(Capsules::value(p), 0.2 - std::abs(0.8 * (p.x() - 9.3) + 0.6 * (p.y() - 8.1)));
     }
-    [[nodiscard]] double thinnest_radius(const Vec3&, double, double) const override { return 0.5; }
+    [[nodiscard]] double thinnest_rest(const Vec3&, double) const override { return 0.5; }
   };
   const Slice solid({{{9.3, 8.1, -2}, {9.3, 8.1, 20}, 2.3}});
   for (const double cell : {10.0, 5.0, 2.0}) {

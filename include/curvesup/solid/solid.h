@@ -39,6 +39,9 @@ class Solid {
   // No part of the solid with a smaller radius than this lies in the ball. 0 where nothing is known; the search may end as
   // soon as the answer is known to be `enough` or less.
   [[nodiscard]] virtual double thinnest_radius(const Vec3& /*centre*/, double /*radius*/, double /*enough*/) const { return 0.0; }
+  // Half the width down to which strips are to be found in the ball where something was cut off the solid's struts; 0 where
+  // nothing was.
+  [[nodiscard]] virtual double thinnest_rest(const Vec3& /*centre*/, double /*radius*/) const { return 0.0; }
   // Whether value(p) >= 0 is proved for every p in the ball.
   [[nodiscard]] virtual bool surely_inside(const Vec3& centre, double radius) const {
     return bounds(centre, radius).low >= 0.0;
@@ -89,6 +92,7 @@ class LocalSolid {
   [[nodiscard]] virtual double thinnest_radius(const Vec3& centre, double radius, double enough) const {
     return solid_.thinnest_radius(centre, radius, enough);
   }
+  [[nodiscard]] double thinnest_rest(const Vec3& centre, double radius) const { return solid_.thinnest_rest(centre, radius); }
 
  protected:
   static constexpr double kEverywhere = std::numeric_limits<double>::infinity();
