@@ -41,6 +41,7 @@ std::vector<char> overhanging_faces(const Subject& subject, const std::vector<In
     // n . d_p <= -sin(alpha) |n|
     hangs[f] = n.dot(subject.direction(face.tet)) <= -subject.options.self_support.sin() * n.norm();
   }
+  for (const Index f : subject.options.enforced_faces) hangs[f] = 1;
   for (const Index f : blocked) {
     const auto& v = subject.model.boundary[f].vertices;
     if (hangs[f]) blocked_area += triangle_area(p[v[0]], p[v[1]], p[v[2]]);

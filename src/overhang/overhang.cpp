@@ -71,6 +71,24 @@ Vec3 unit_or_down(const Vec3& v) {
   return length > 1e-12 ? Vec3(v / length) : Vec3(-Vec3::UnitZ());
 }
 
+// As faces_in_regions; a region without a face is most often one in another frame, and the log names it.
+std::vector<char> faces_of(const Model& model, const std::vector<Region>& regions, const char* key, const RunContext& run) {
+  std::vector<char> all(model.boundary.size(), 0);
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    const auto in = faces_in_regions(model, {regions[r]});
+    bool any = false;
+    for (std::size_t f = 0; f < in.size(); ++f) {
+      any = any || in[f];
+      all[f] = all[f] || in[f];
+    }
+    if (!any) {
+      run.log(LogLevel::warning,
+              format("region %zu of support.%s holds no face of the model (it lies in the placed frame: mm, z up)", r + 1, key));
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 Overhang find_overhang(const Model& model, const ScalarField& field, const OverhangOptions& options,
@@ -81,7 +99,7 @@ Overhang find_overhang(const Model& model, const ScalarField& field, const Overh
   }
   const auto on_platform = vertices_on_platform(model);
   const auto state = classify_faces(model, field, on_platform, options.self_support.sin(), run);
-  const auto enforce = faces_in_regions(model, options.enforce), block = faces_in_regions(model, options.block);
+  const auto enforce = faces_of(model, options.enforce, "enforce", run), block = faces_of(model, options.block, "block", run);
 
   Overhang overhang;
   // Touched: by a face that overhangs, blocked or not, or by a blocked face; a minimum there is no case of its own.

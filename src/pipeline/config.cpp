@@ -239,6 +239,13 @@ void check_contradictions(const Json& values, const Json& resolved) {
   if (number("support.side_gap_mm") > 0.0 && number("support.side_gap_mm") >= number("support.leaf_radius_mm")) {
     fail("config keys support.side_gap_mm and support.leaf_radius_mm", "the gap beside walls is as wide as half a strut, so struts vanish there");
   }
+  if (number("support.foot_radius_mm") > 0.0 && number("support.foot_layers") < 1.0) {
+    fail("config keys support.foot_radius_mm and support.foot_layers", "a foot of no layers is none", "set foot_layers to 1 or more");
+  }
+  if (config_value(resolved, "support.method") == "none" && !config_value(resolved, "support.enforce").empty()) {
+    fail("config keys support.enforce and support.method", "regions that need support get none",
+         "take the regions out, or set another method");
+  }
   if (number("toolpath.min_bead_mm") > number("toolpath.bead_width_mm") || number("toolpath.max_bead_mm") < number("toolpath.bead_width_mm")) {
     fail("config keys toolpath.min_bead_mm, toolpath.bead_width_mm and toolpath.max_bead_mm", "they are not in ascending order");
   }

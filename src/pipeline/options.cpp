@@ -240,6 +240,7 @@ Region read_region(const std::string& key, const Json& json, const ConfigSource&
   }
   if (shape == "faces") {
     numbers(0);
+    if (!std::all_of(value.begin(), value.end(), [](const Json& v) { return v.is_number_integer(); })) bad_region(key, json);
     return Region::of_faces(value.get<std::vector<Index>>());
   }
   if (shape != "mesh" || !value.is_string()) bad_region(key, json);
@@ -265,7 +266,7 @@ OverhangOptions overhang_options(const Json& config, const ConfigSource& source)
 SupportCertificateOptions certificate_options(const Json& config) {
   const SkeletonOptions skeleton = skeleton_options(config);
   return {.self_support = skeleton.self_support, .leaf_radius_mm = skeleton.leaf_radius_mm, .bead_width_mm = skeleton.bead_width_mm,
-          .top_gap_mm = solid_options(config).interface.top_gap_mm};
+          .top_gap_mm = solid_options(config).interface.top_gap_mm, .enforced_faces = {}};
 }
 
 SolidOptions solid_options(const Json& config) { return solid_table().read(config); }

@@ -197,7 +197,8 @@ void check_gaps(const SliceState& state) {
   const InterfaceOptions options = solid_options(state.config).interface;
   const double layer_mm = 1.0 / (state.layer_count * state.field.report.grad_median);
   if (options.top_gap_mm > layer_mm) {
-    throw Error(ErrorKind::usage, "config keys support.top_gap_mm and layers.thickness_mm",
+    const char* layers = config_value(state.config, "layers.count").is_null() ? "layers.thickness_mm" : "layers.count";
+    throw Error(ErrorKind::usage, std::string("config keys support.top_gap_mm and ") + layers,
                 format("the gap of %g mm is larger than a layer, which is %.3g mm thick", options.top_gap_mm, layer_mm),
                 "make the gap smaller or the layers thicker");
   }
@@ -351,9 +352,11 @@ void certify_paths(SliceState& state, const RunContext& run) {
 
 void certify_support_standing(SliceState& state, const RunContext& run) {
   const bool tree = state.supported && config_value(state.config, "support.method") == "tree";
+  SupportCertificateOptions options = certificate_options(state.config);
+  options.enforced_faces = state.overhang.enforced;
   state.certificate =
       certify_support(state.model.model, state.overhang.blocked, state.domain.domain, state.extension.field, state.trim.stack,
-                      tree ? &state.skeleton.skeleton : nullptr, certificate_options(state.config), run);
+                      tree ? &state.skeleton.skeleton : nullptr, options, run);
   const SupportCertificate& proof = state.certificate;
   if (state.supported) state.add_checks(proof.checks);
   Json uncovered = Json::array(), floating = Json::array();

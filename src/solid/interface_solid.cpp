@@ -71,7 +71,9 @@ class InterfaceSolid final : public Solid {
   [[nodiscard]] bool surely_outside(const Vec3& centre, double radius) const override {
     return base_->surely_outside(centre, radius) && (deepest_ <= 0.0 || !near_overhang(centre, radius));
   }
-  [[nodiscard]] double thinnest_rest(const Vec3& centre, double radius) const override { return changed(centre, radius) ? kThinnestRest : 0.0; }
+  [[nodiscard]] double thinnest_rest(const Vec3& centre, double radius) const override {
+    return changed(centre, radius) ? kThinnestRest : 0.0;
+  }
   [[nodiscard]] double thinnest_radius(const Vec3& centre, double radius, double enough) const override {
     return changed(centre, radius) ? 0.0 : base_->thinnest_radius(centre, radius, enough);
   }

@@ -124,6 +124,25 @@ TEST(SupportCertificate, MissingSupportIsUncoveredFaceByFace) {
   EXPECT_NEAR(blocked.blocked_area_mm2, 32.0, 1e-9);
 }
 
+TEST(SupportCertificate, EnforcedFacesAreSampledWhateverTheirSlope) {
+  Scene scene;
+  std::vector<Index> wall;  // of the slab, x = 8: the layers below it begin at z = 6
+  for (Index f = 0; f < static_cast<Index>(scene.model.boundary.size()); ++f) {
+    const auto& v = scene.model.boundary[f].vertices;
+    const auto on = [&](Index i) { return scene.model.mesh.vertices[i].x() == 8.0 && scene.model.mesh.vertices[i].z() <= 7.0; };
+    if (on(v[0]) && on(v[1]) && on(v[2])) wall.push_back(f);
+  }
+  ASSERT_EQ(wall.size(), 16u);
+  EXPECT_EQ(failed(scene.certify({.enforced_faces = wall})), Names{});
+  EXPECT_NEAR(scene.certify({.enforced_faces = wall}).overhang_area_mm2, 64.0 + 8.0, 1e-9);
+  scene.drop_support([](Index layer, const Vec3&) { return layer >= 4; });
+  const auto bare = scene.certify({.enforced_faces = wall});
+  EXPECT_EQ(failed(bare), Names{"certificate.coverage"});
+  EXPECT_TRUE(std::any_of(bare.uncovered.begin(), bare.uncovered.end(), [&](const auto& face) {
+    return std::binary_search(wall.begin(), wall.end(), face.face);
+  }));
+}
+
 TEST(SupportCertificate, NoSupportAtAllLeavesTheFloor) {
   Scene scene;
   scene.drop_support([](Index, const Vec3&) { return true; });

@@ -113,6 +113,19 @@ TEST(Overhang, RegionsAddAndTakeFaces) {
   EXPECT_THROW((void)planar_overhang(model, {.block = {Region::sphere(Vec3::Zero(), 0)}}), Error);
 }
 
+TEST(Overhang, ARegionWithoutAFaceIsNamed) {
+  const Model model = shapes::block_on_legs();
+  std::vector<double> value;
+  for (const Vec3& p : model.mesh.vertices) value.push_back(p.z());
+  std::string said;
+  RunContext run;
+  run.log_sink = [&](LogLevel level, std::string_view message) { said += level == LogLevel::warning ? std::string(message) + "\n" : ""; };
+  const OverhangOptions options{.enforce = {Region::box(Vec3(5.9, -1, -1), Vec3(7, 11, 11.9)), Region::sphere(Vec3(500, 0, 0), 5)}};
+  EXPECT_FALSE(find_overhang(model, make_scalar_field(model.mesh, value), options, run).enforced.empty());
+  EXPECT_NE(said.find("region 2 of support.enforce"), std::string::npos) << said;
+  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+}
+
 TEST(Overhang, BlockedTipIsNoMinimum) {
   EXPECT_TRUE(planar_overhang(tip(3.0), {.block = {Region::sphere(Vec3(0, 0, 5), 5)}}).minima.empty());
 }

@@ -108,6 +108,8 @@ TEST_F(ConfigFiles, ContradictionsNameBothKeys) {
         std::tuple{R"({"support": {"leaf_radius_mm": 0.3}})", "support.leaf_radius_mm", "toolpath.bead_width_mm"},
         std::tuple{R"({"toolpath": {"support_line_spacing_mm": 2.4}})", "support_line_spacing_mm", "support_fill"},
         std::tuple{R"({"toolpath": {"support_fill": "contour+zigzag", "support_line_spacing_mm": 0.5}})", "support_line_spacing_mm", "bead_width_mm"},
+        std::tuple{R"({"support": {"foot_radius_mm": 4, "foot_layers": 0}})", "support.foot_radius_mm", "support.foot_layers"},
+        std::tuple{R"({"support": {"method": "none", "enforce": [{"sphere": [0, 0, 0, 1]}]}})", "support.enforce", "support.method"},
         std::tuple{R"({"field": {"source": "scalar_file"}})", "field.source", "field.path"}}) {
     const ConfigSource source = read_config(write("config.json", text));
     const std::string message = message_of([&] { (void)resolve_config(source); });

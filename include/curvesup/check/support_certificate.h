@@ -16,6 +16,7 @@ struct SupportCertificateOptions {
   double leaf_radius_mm = 0.8;
   double bead_width_mm = 0.8;
   double top_gap_mm = 0.0;
+  std::vector<Index> enforced_faces = {};  // of Model::boundary: overhang whatever their slope
   double samples_per_mm2 = 4.0;         // at least; every face has one
   double min_covered_fraction = 0.995;  // of the overhang's area
 };

@@ -18,7 +18,7 @@ struct ConvolutionOptions {
   // support's volume from 1.3 to 1.5. At 1.3 a leaf has its full radius in the topmost layer.
   double kernel_ratio = 1.3;
   double foot_radius_mm = 0.0;  // of the cone at each platform end; 0, or less than the trunk: none
-  int foot_layers = 0;          // the cone's height in layers
+  int foot_layers = 3;          // the cone's height in layers
 };
 
 // A straight strut of the wanted radius. Where a cone is given the strut is only what of it lies inside: coaxial, of
