@@ -246,8 +246,16 @@ void check_contradictions(const Json& values, const Json& resolved) {
     fail("config keys support.enforce and support.method", "regions that need support get none",
          "take the regions out, or set another method");
   }
-  if (number("toolpath.min_bead_mm") > number("toolpath.bead_width_mm") || number("toolpath.max_bead_mm") < number("toolpath.bead_width_mm")) {
-    fail("config keys toolpath.min_bead_mm, toolpath.bead_width_mm and toolpath.max_bead_mm", "they are not in ascending order");
+  const double width = number("toolpath.bead_width_mm");
+  if (const Json& narrowest = config_value(resolved, "toolpath.min_bead_mm"); !narrowest.is_null() && narrowest.get<double>() > width) {
+    fail("config keys toolpath.min_bead_mm and toolpath.bead_width_mm", "the narrowest bead is wider than a bead");
+  }
+  if (const Json& widest = config_value(resolved, "toolpath.max_bead_mm"); !widest.is_null()) {
+    if (widest.get<double>() < width) fail("config keys toolpath.max_bead_mm and toolpath.bead_width_mm", "the widest bead is narrower than a bead");
+    if (widest.get<double>() > 2.0 * width) {
+      fail("config keys toolpath.max_bead_mm and toolpath.bead_width_mm", "the widest bead is wider than two beads",
+           "make max_bead_mm at most twice bead_width_mm, or null");
+    }
   }
   if (const Json& spacing = config_value(resolved, "toolpath.support_line_spacing_mm"); !spacing.is_null()) {
     if (config_value(resolved, "toolpath.support_fill") != "contour+zigzag") {

@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "curvesup/core/error.h"
 #include "curvesup/io/surface_file.h"
@@ -151,8 +152,12 @@ const OptionTable<ToolpathOptions>& toolpath_table() {
   static const auto table = [] {
     OptionTable<ToolpathOptions> t("toolpath");
     t.number("bead_width_mm", CURVESUP_FIELD(bead_width_mm), 0.05, 20, "Width of a bead, and distance of neighbouring rings.");
-    t.number("min_bead_mm", CURVESUP_FIELD(min_bead_mm), 0.01, 20, "Narrowest bead where rings meet or a piece is thin.");
-    t.number("max_bead_mm", CURVESUP_FIELD(max_bead_mm), 0.05, 40, "Widest bead where rings meet or a piece is thin.");
+    t.custom(ranged_key("min_bead_mm", KeyType::number, nullptr, 0.01, 20,
+                        "Narrowest bead where rings meet or a piece is thin; null: a quarter of the bead width.", true),
+             [](ToolpathOptions& options, const Json& value) { options.min_bead_mm = value.is_null() ? 0.0 : value.get<double>(); });
+    t.custom(ranged_key("max_bead_mm", KeyType::number, nullptr, 0.05, 40,
+                        "Widest bead where rings meet or a piece is thin, up to twice the bead width; null: one and a half times that.", true),
+             [](ToolpathOptions& options, const Json& value) { options.max_bead_mm = value.is_null() ? 0.0 : value.get<double>(); });
     t.choice("seam", CURVESUP_FIELD(seam), {"nearest", "aligned", "sharpest_corner", "random"}, "Where a ring starts.");
     t.integer("seed", CURVESUP_FIELD(seed), 0, 4294967295.0, "Seed of the random seam.");
     t.boolean("link_rings", CURVESUP_FIELD(link_rings), "Join the rings of a piece by short steps on the surface.");
@@ -208,6 +213,10 @@ ToolpathOptions toolpath_options(const Json& config) {
   const InterfaceOptions interface = solid_options(config).interface;
   options.interface_layers = std::max(1, interface.interface_layers);
   options.interface_gap_mm = interface.top_gap_mm;
+  // In whole nanometres: nobody asks for the last bit of a product.
+  const auto of_width = [&](double part) { return std::round(part * options.bead_width_mm * 1e6) / 1e6; };
+  if (options.min_bead_mm == 0.0) options.min_bead_mm = of_width(0.25);
+  if (options.max_bead_mm == 0.0) options.max_bead_mm = of_width(1.5);
   return options;
 }
 

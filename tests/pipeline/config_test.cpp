@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "curvesup/core/error.h"
+#include "pipeline/options.h"
 
 namespace curvesup {
 namespace {
@@ -108,6 +109,9 @@ TEST_F(ConfigFiles, ContradictionsNameBothKeys) {
         std::tuple{R"({"support": {"leaf_radius_mm": 0.3}})", "support.leaf_radius_mm", "toolpath.bead_width_mm"},
         std::tuple{R"({"toolpath": {"support_line_spacing_mm": 2.4}})", "support_line_spacing_mm", "support_fill"},
         std::tuple{R"({"toolpath": {"support_fill": "contour+zigzag", "support_line_spacing_mm": 0.5}})", "support_line_spacing_mm", "bead_width_mm"},
+        std::tuple{R"({"toolpath": {"bead_width_mm": 0.5, "max_bead_mm": 1.2}})", "toolpath.max_bead_mm", "toolpath.bead_width_mm"},
+        std::tuple{R"({"toolpath": {"bead_width_mm": 0.5, "max_bead_mm": 0.4}})", "toolpath.max_bead_mm", "toolpath.bead_width_mm"},
+        std::tuple{R"({"toolpath": {"min_bead_mm": 0.9}})", "toolpath.min_bead_mm", "toolpath.bead_width_mm"},
         std::tuple{R"({"support": {"foot_radius_mm": 4, "foot_layers": 0}})", "support.foot_radius_mm", "support.foot_layers"},
         std::tuple{R"({"support": {"method": "none", "enforce": [{"sphere": [0, 0, 0, 1]}]}})", "support.enforce", "support.method"},
         std::tuple{R"({"field": {"source": "scalar_file"}})", "field.source", "field.path"}}) {
@@ -116,6 +120,18 @@ TEST_F(ConfigFiles, ContradictionsNameBothKeys) {
     EXPECT_NE(message.find(first), std::string::npos) << message;
     EXPECT_NE(message.find(second), std::string::npos) << message;
   }
+}
+
+TEST_F(ConfigFiles, BeadsAreAsNarrowAndWideAsTheBeadWidthAsks) {
+  for (const double width : {0.4, 0.8, 1.2}) {
+    const std::string text = R"({"toolpath": {"bead_width_mm": )" + std::to_string(width) + "}}";
+    const ToolpathOptions options = toolpath_options(resolve_config(read_config(write("config.json", text))));
+    EXPECT_NEAR(options.min_bead_mm, 0.25 * width, 1e-12);
+    EXPECT_NEAR(options.max_bead_mm, 1.5 * width, 1e-12);
+  }
+  const ToolpathOptions set = toolpath_options(resolve_config(read_config(write("config.json", R"({"toolpath": {"min_bead_mm": 0.3, "max_bead_mm": 0.9}})"))));
+  EXPECT_EQ(set.min_bead_mm, 0.3);
+  EXPECT_EQ(set.max_bead_mm, 0.9);
 }
 
 TEST(Config, OverridesTakeJsonOrPlainText) {
