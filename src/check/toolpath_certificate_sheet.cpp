@@ -14,6 +14,7 @@ constexpr double kCellsPerElement = 16.0, kFewestCells = 1000.0;
 constexpr double kTouch = 0.01;          // mm; a triangle that near is one that the bead runs on
 constexpr double kRingWidth = 0.1;       // a part of a contour is a ring while its bead is w wide but for this part
 constexpr double kSegmentStep = 0.3;     // mm between the points where a segment is looked at
+constexpr int kClosestLooks = 32;  // at a segment whose height does not fit what few looks find
 constexpr double kSparseReach = 0.6;     // spacings, from any place to a line
 constexpr double kUnderModel = 0.4;      // of a layer's thickness, between a place and the model's layer that it lies under
 constexpr double kSpacingReach = 1.75;   // beads
@@ -269,6 +270,29 @@ void measure_point(const SheetTask& task, const Vec3& position, SheetSurface& su
   }
 }
 
+// What a segment finds under itself at places in equal steps.
+struct Under {
+  double lowest = std::numeric_limits<double>::max(), highest = 0.0, farthest = 0.0;
+  Vec3 where = Vec3::Zero();  // it is farthest away
+
+  [[nodiscard]] bool holds(double height, double tolerance) const { return lowest > highest || outside(height, lowest, highest) <= tolerance; }
+};
+
+Under look_under(const Segment& s, int looks, SheetSurface& surface) {
+  Under under{.where = s.to};
+  for (int i = 0; i < looks; ++i) {
+    const Vec3 p = s.from + (i + 0.5) / looks * (s.to - s.from);
+    const Footing footing = surface.footing(p);
+    under.lowest = std::min(under.lowest, footing.lowest);
+    under.highest = std::max(under.highest, footing.highest);
+    if (footing.distance > under.farthest) {
+      under.farthest = footing.distance;
+      under.where = p;
+    }
+  }
+  return under;
+}
+
 void measure_segment(const SheetTask& task, const Segment& s, SheetSurface& surface, SheetFindings& found) {
   const ToolpathCertificateOptions& options = task.options;
   const double length = (s.to - s.from).norm();
@@ -280,19 +304,11 @@ void measure_segment(const SheetTask& task, const Segment& s, SheetSurface& surf
   found.max_volume_error = std::max(found.max_volume_error, volume_error);
   found.wrong_volumes += volume_error > options.max_volume_error;
 
-  double lowest = std::numeric_limits<double>::max(), highest = 0.0, farthest = 0.0;
-  Vec3 where = s.to;
   const int looks = static_cast<int>(std::clamp(std::ceil(length / kSegmentStep), 1.0, 1e4));
-  for (int i = 0; i < looks; ++i) {
-    const Vec3 p = s.from + (i + 0.5) / looks * (s.to - s.from);
-    const Footing footing = surface.footing(p);
-    lowest = std::min(lowest, footing.lowest);
-    highest = std::max(highest, footing.highest);
-    if (footing.distance > farthest) {
-      farthest = footing.distance;
-      where = p;
-    }
-  }
+  Under under = look_under(s, looks, surface);
+  // Few looks at a short segment may miss the triangle that most of it lies on.
+  if (looks < kClosestLooks && !under.holds(s.height, options.max_height_error)) under = look_under(s, kClosestLooks, surface);
+  const auto [lowest, highest, farthest, where] = under;
   if (farthest > options.max_distance_mm) {
     ++found.segments_off;
     if (found.leaving.size() < kPlacesKept) found.leaving.push_back({where, farthest});

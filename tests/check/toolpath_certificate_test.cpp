@@ -258,6 +258,30 @@ TEST(ToolpathCertificate, SeesAWrongHeight) {
   EXPECT_EQ(c.worst_height.layer, 1);
 }
 
+// A short segment is as high as the layer where it begins, though its middle lies where the layer is thinner.
+TEST(ToolpathCertificate, AShortSegmentMayBeAsHighAsAnyTriangleThatItTouches) {
+  for (const double factor : {1.0, 1.03}) {
+    Scene scene(2, 5.2);
+    const double thick = 1.1 * kThickness;
+    scene.field.gradient.push_back(Vec3::UnitZ() / (scene.printed.count * thick));
+    for (std::size_t t = 0; t < scene.printed.triangles.size(); ++t) {
+      double x = 0.0;
+      for (const Index v : scene.printed.triangles[t]) x += scene.printed.vertices[v].x() / 3.0;
+      scene.printed.triangle_tet[t] = x < 3.5;
+    }
+    auto& points = scene.toolpaths.points;
+    points[4].position.x() = 3.45;  // of the first ring, on its first side
+    points[5].position.x() = 3.70;
+    for (std::size_t k = 1; k < points.size(); ++k) {
+      const Vec3 &from = points[k - 1].position, &to = points[k].position;
+      points[k].height_mm = 0.5 * (from.x() + to.x()) < 3.5 ? thick : kThickness;
+      if (k == 5) points[k].height_mm = factor * thick;
+      if (points[k].volume_mm3 > 0.0) points[k].volume_mm3 = points[k].height_mm * points[k].width_mm * (to - from).norm();
+    }
+    EXPECT_EQ(failed(scene.certify()).contains("height"), factor != 1.0);
+  }
+}
+
 TEST(ToolpathCertificate, SeesBeadsTooThinAllOver) {
   Scene scene;
   for (const Path& path : scene.toolpaths.paths) scene.lay_beads(path, kThickness, 0.98 * kWidth);
