@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "curvesup/mesh/triangle_mesh.h"
+#include "toolpath/beads.h"
 #include "toolpath/nearest_segment.h"
 
 namespace curvesup::toolpath {
@@ -25,7 +27,9 @@ constexpr double kFarthest = 2.4;        // ... and none is farther
 constexpr Index kAdjoining = 4;          // segments along a track
 
 struct Stretch {
-  double length = 0.0, area = 0.0;
+  double length = 0.0;
+  double face = 0.0;     // length times height of its bead
+  double volume = 0.0;   // of what belongs to it
   bool goes_on = false;  // from the stretch before
 };
 
@@ -75,8 +79,10 @@ class AreaShares {
     cut_into_stretches();
     if (stretches_.empty()) return;
     hand_out();
+    find_idle_ends();
     pass_on_excess();
     set_widths();
+    cut_idle_ends();
     drop_idle_tracks();
   }
 
@@ -96,7 +102,10 @@ class AreaShares {
           stretches_.push_back({.goes_on = first != kNone});
           if (first == kNone) first = static_cast<Index>(stretches_.size()) - 1;
         }
-        if (irregular) stretches_.back().length += along.norm();
+        if (irregular) {
+          stretches_.back().length += along.norm();
+          stretches_.back().face += along.norm() * to.height;
+        }
         segments_.emplace_back(from.position, along, (from.normal + to.normal).normalized());
         stretch_.push_back(irregular ? static_cast<Index>(stretches_.size()) - 1 : kNone);
         track_.push_back(id);
@@ -111,6 +120,7 @@ class AreaShares {
     if (first == kNone || last == first || stretches_[last].length >= kShortest * beads_.width) return;
     for (std::size_t s = segments_.size(); s-- > 0 && stretch_[s] == last;) stretch_[s] = last - 1;
     stretches_[last - 1].length += stretches_[last].length;
+    stretches_[last - 1].face += stretches_[last].face;
     stretches_.pop_back();
   }
 
@@ -129,6 +139,7 @@ class AreaShares {
   struct Part {
     std::array<Index, 3> corners;
     double area;
+    Index triangle;  // of the mesh
   };
 
   void hand_out() {
@@ -136,13 +147,14 @@ class AreaShares {
     const std::vector<char> near = near_irregular();
     std::vector<Index> corner_at(mesh_.vertices.size(), kNone);
     Index guess = kNone;
-    for (const auto& [a, b, c] : mesh_.triangles) {
+    for (Index t = 0; t < static_cast<Index>(mesh_.triangles.size()); ++t) {
+      const auto& [a, b, c] = mesh_.triangles[t];
       if (!near[a] && !near[b] && !near[c]) continue;
       for (const Index v : {a, b, c}) {
         if (corner_at[v] == kNone) corner_at[v] = add_corner({mesh_.vertices[v], mesh_.normals[v]}, guess);
         guess = corners_[corner_at[v]].owner.id;
       }
-      hand_out({{corner_at[a], corner_at[b], corner_at[c]}, triangle_area(mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c])});
+      hand_out({{corner_at[a], corner_at[b], corner_at[c]}, triangle_area(mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c]), t});
     }
   }
 
@@ -207,9 +219,16 @@ class AreaShares {
     const std::array<Index, 3> owner = owners_of(part);
     if (!shared(owner[0]) && !shared(owner[1]) && !shared(owner[2])) return;
     const std::array<double, 3> shares = shares_of(part);
+    const double volume = part.area * height_of(part);
     for (int i = 0; i < 3; ++i) {
-      if (shared(owner[i])) stretches_[stretch_[owner[i]]].area += shares[i] * part.area;
+      if (shared(owner[i])) stretches_[stretch_[owner[i]]].volume += shares[i] * volume;
     }
+  }
+
+  [[nodiscard]] double height_of(const Part& part) const {
+    double z = 0.0;
+    for (const Index c : part.corners) z += corners_[c].place.position.z() / 3.0;
+    return clipped_height(mesh_.thickness[part.triangle], z, mesh_.rise[part.triangle]);
   }
 
   // To whom a part belongs is told by its corners: to one track, to two with the straight line between them, or to three.
@@ -286,14 +305,53 @@ class AreaShares {
     return least;
   }
 
+  [[nodiscard]] bool is_idle(Index stretch) const {
+    return stretch != kNone && stretches_[stretch].volume < 0.5 * beads_.min * stretches_[stretch].face;
+  }
+
+  // Ends of open tracks that little belongs to run in ribbons thinner than any bead, or in the beads of others: what does belong to
+  // them goes to the stretch that stays.
+  void find_idle_ends() {
+    std::size_t first = 0;
+    busy_.clear();
+    for (const Track& track : tracks_) {
+      const std::size_t count = track.points.empty() ? 0 : track.points.size() - 1;
+      std::size_t begin = 0, end = count;
+      if (!track.closed && track.kind != PathKind::infill) {  // around sparse lines the area is nobody's
+        while (begin < count && is_idle(stretch_[first + begin])) ++begin;
+        while (end > begin && is_idle(stretch_[first + end - 1])) --end;
+      }
+      if (begin == end) begin = 0, end = count;  // all of it
+      for (std::size_t i = 0; i < count; ++i) {
+        if (i >= begin && i < end) continue;
+        const Index from = stretch_[first + i], to = stretch_[first + (i < begin ? begin : end - 1)];
+        if (to == kNone) continue;
+        stretches_[to].volume += std::exchange(stretches_[from].volume, 0.0);
+      }
+      busy_.push_back({begin, end});
+      first += count;
+    }
+  }
+
+  void cut_idle_ends() {
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      auto& points = tracks_[t].points;
+      const auto [begin, end] = busy_[t];
+      if (points.empty() || end - begin + 1 == points.size()) continue;
+      points.erase(points.begin() + static_cast<std::ptrdiff_t>(end) + 1, points.end());
+      points.erase(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(begin));
+      points.front().width = points[1].width;
+    }
+  }
+
   // What is too much for a stretch goes to those beside it on its track, as far as they have room: shares of stretches that
   // follow each other are rough.
   void pass_on_excess() {
-    const auto room = [&](const Stretch& s) { return beads_.max * s.length - s.area; };
+    const auto room = [&](const Stretch& s) { return beads_.max * s.face - s.volume; };
     const auto pass_on = [&](Stretch& from, Stretch& to) {
-      const double area = std::clamp(-room(from), 0.0, std::max(0.0, room(to)));
-      from.area -= area;
-      to.area += area;
+      const double volume = std::clamp(-room(from), 0.0, std::max(0.0, room(to)));
+      from.volume -= volume;
+      to.volume += volume;
     };
     for (std::size_t s = 1; s < stretches_.size(); ++s) {
       if (stretches_[s].goes_on) pass_on(stretches_[s - 1], stretches_[s]);
@@ -313,7 +371,7 @@ class AreaShares {
         double& width = points[i].width;
         width = beads_.width;
         const Stretch* stretch = stretch_[s] == kNone ? nullptr : &stretches_[stretch_[s]];
-        if (stretch != nullptr && stretch->length > 0.0) width = stretch->area / stretch->length;
+        if (stretch != nullptr && stretch->face > 0.0) width = stretch->volume / stretch->face;
         const double step = segments_[s].length;
         owned += width * step;
         length += step;
@@ -343,7 +401,8 @@ class AreaShares {
   std::vector<Segment> segments_;  // of all tracks, in their order
   std::vector<Index> stretch_, track_;  // of each segment; no stretch where the width is regular
   std::vector<Stretch> stretches_;
-  std::vector<char> idle_;  // by track
+  std::vector<std::array<std::size_t, 2>> busy_;  // by track: its segments but for idle ends
+  std::vector<char> idle_;                        // by track
   std::optional<SegmentGrid> grid_;
   std::vector<Corner> corners_;
   std::vector<Cut> cuts_;

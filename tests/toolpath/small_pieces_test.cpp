@@ -109,6 +109,19 @@ TEST(SmallPieces, BentPiecesOnSlopesAreFilled) {
   }
 }
 
+// The layer is a half thicker on one side of the line in its middle than on the other: volume goes by both.
+TEST(SmallPieces, AStripThickerOnOneSideGetsItsVolume) {
+  for (const double width : {0.6, 0.8, 1.0, 1.2}) {
+    auto strip = sheets::strip(3.0, width, 10, 3);
+    for (std::size_t t = 0; t < strip.gradient.size(); ++t) {
+      double y = 0.0;
+      for (const Index v : strip.stack.triangles[t]) y += strip.stack.vertices[v].y() / 3.0;
+      if (y > width / 3.0) strip.gradient[t] /= 1.5;
+    }
+    EXPECT_NEAR(fill(strip).volume, 1.0, 0.02) << width;
+  }
+}
+
 // Rings on round pieces face away from each other: steps between them must not leave more out of the rings than they lay.
 TEST(SmallPieces, RoundPiecesOfSeveralRingsAreFull) {
   const std::vector<double> radii = {1.9, 2.3, 2.7, 3.1, 3.5};
