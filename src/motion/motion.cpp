@@ -83,6 +83,11 @@ class MotionPlanner {
     report.unreachable.push_back({path, placed.source_of(point), placed.tips[row], placed.axes[row], describe(fault)});
   }
 
+  std::string what_is_wrong(const TravelPlan& travel) const {
+    if (travel.body == nullptr) return "travel: the arm reaches no pose above an end of the way, so it would move straight through";
+    return "travel: " + name_of_contact(travel.body, travel.contact);
+  }
+
   std::string name_of_contact(const char* body, const Contact& contact) const {
     if (contact.point == kNone) return std::string(body) + " touches the platform";
     const Index number = order_.path_of(contact.point);
@@ -279,7 +284,7 @@ class MotionPlanner {
         const Waypoint waypoint = motion.waypoints[motion.paths[chain].first_waypoint];
         result_.report.collisions.push_back({motion.paths[chain].path, waypoint.point, waypoint.tip_mm,
                                              plans[c].contact.position, plans[c].contact.depth_mm,
-                                             "travel: " + name_of_contact(plans[c].body, plans[c].contact)});
+                                             what_is_wrong(plans[c])});
         ++result_.report.colliding_travels;
       }
     }

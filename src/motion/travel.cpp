@@ -253,7 +253,7 @@ class Planner {
     plan.moves.push_back(joint(from, to, to.station ? TravelStep::to_home : TravelStep::cross));
     plan.clear = false;
     plan.contact = {kNone, to.tip, 0.0};
-    plan.body = "no lifted pose is in the arm's reach";
+    plan.body = nullptr;
     return plan;
   }
 

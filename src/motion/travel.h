@@ -23,7 +23,7 @@ struct TravelPlan {
   std::vector<Travel> moves;
   bool clear = true;
   Contact contact;        // when not clear
-  const char* body = "";  // what touches
+  const char* body = "";  // what touches; null where the arm reaches no pose above an end of the way
 };
 
 // Moves from one end to another clear of everything laid before toolpath point `before`: back along the nozzle's own
