@@ -11,7 +11,8 @@ namespace {
 constexpr double kReachSpacing_mm = 2.0;  // between points at which the arm's reach is looked at
 constexpr int kTiltRounds = 4;
 constexpr int kOrderRounds = 8;
-constexpr int kRaiseSteps = 4;
+constexpr int kRaiseSteps = 4;    // of one point
+constexpr int kRaiseRounds = 12;  // where points beside raised ones touch in their turn
 
 // All that one choose_axes() call works on.
 class AxisChooser {
@@ -123,7 +124,7 @@ class AxisChooser {
       return tilt_path(p);
     };
     if (!look_.raise_may_help(placed_, p)) return;
-    for (int step = 0; step < kRaiseSteps; ++step) {
+    for (int round = 0; round < kRaiseRounds; ++round) {
       placed_.raise(path, look_.touching_points(placed_, p), tolerances.max_raise_mm / kRaiseSteps, tolerances.max_raise_mm);
       if (!tilt_anew()) return;
     }
