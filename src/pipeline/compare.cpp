@@ -91,7 +91,7 @@ std::string compare_table(const CompareResult& result) {
   text += "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
   for (const CompareRow& row : result.rows) {
     text += format("| %-22s | %10.2f | %+15.1f%% | %8.1f | %6ld | %9.2f | %6.1f | %7.2f | %7ld |\n", row.method.c_str(),
-                   row.volume_mm3 / 1000.0, -100.0 * row.reduction, row.area_mm2 / 100.0, row.pieces, 100.0 * row.covered_fraction,
+                   row.volume_mm3 / 1000.0, 0.0 - 100.0 * row.reduction, row.area_mm2 / 100.0, row.pieces, 100.0 * row.covered_fraction,
                    row.path_mm / 1000.0, row.time_s / 3600.0, row.material_changes);
   }
   return text;
