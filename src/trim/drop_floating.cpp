@@ -188,7 +188,7 @@ class FloatingDropper {
       : resting_(resting), count_(layer_count), min_area_(min_area), sheets_(sheets), run_(run), open_(sheets.size(), 1), found_(sheets.size()) {}
 
   std::vector<Floating> drop() {
-    for (std::size_t s = 0; s < sheets_.size(); ++s) forget_small(s);
+    for (std::size_t s = 0; s < sheets_.size(); ++s) count_small_as_gone(s);
     for (int round = 0; round < kMostRounds && std::find(open_.begin(), open_.end(), 1) != open_.end(); ++round) {
       parallel_for(sheets_.size(), 2, run_, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t s = begin; s < end; ++s) {
@@ -213,7 +213,8 @@ class FloatingDropper {
   }
 
  private:
-  void forget_small(std::size_t s) {
+  // Pieces that are too small carry nothing, and go in the end.
+  void count_small_as_gone(std::size_t s) {
     std::vector<char> small(sheets_[s]->pieces.size(), 0);
     for (const Index p : sheets_[s]->triangle_piece) small[p] = sheets_[s]->pieces[p].too_small;
     for (Index p = 0; p < static_cast<Index>(small.size()); ++p) {

@@ -22,7 +22,7 @@ struct Floating {
 // model, the solid or the platform. Most are the lowest layers of a trunk beside a model part that is thinner than the trunk.
 // Where enough of such a piece rests, that and what it carries stays (`clip_piece.h`). What is gone carries nothing, nor do
 // pieces that are too small, which go here, too, unlisted: pieces over it are looked at again. Where more than six on top of
-// each other would go, a branch stands on them, and all of them stay as they were. In order of (sheet, piece).
+// each other would go, a branch stands on them, and all of them stay as they were. In the order of the sheets.
 [[nodiscard]] std::vector<Floating> drop_floating(const Domain& domain, const ScalarField& field, int layer_count,
                                                   const Solid& solid, double min_piece_area_mm2,
                                                   const std::vector<TrimmedSheet*>& sheets, const RunContext& run);
