@@ -26,7 +26,7 @@ bool lexicographic(const Vec3& a, const Vec3& b) {
 }
 
 TriangleMesh weld(const std::filesystem::path& path, const Corners& corners) {
-  if (corners.empty()) throw Error(ErrorKind::input, path.string(), "holds no triangles");
+  if (corners.empty()) throw Error(ErrorKind::input, path.string(), "holds no triangles", "export the surface of a solid");
   if (corners.size() > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
     throw Error(ErrorKind::input, path.string(), "holds too many triangles", "simplify the surface");
   }
@@ -56,16 +56,40 @@ TriangleMesh weld(const std::filesystem::path& path, const Corners& corners) {
 
 constexpr std::size_t kStlHeader = 84, kStlTriangle = 50;
 
-bool is_binary_stl(std::string_view bytes) {
-  if (bytes.size() < kStlHeader) return false;
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; }
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(), [](char c) { return lower(c); });
+  return result;
+}
+
+// The number of triangles that a binary STL states.
+std::size_t stated_triangles(std::string_view bytes) {
   std::uint32_t count = 0;
   std::memcpy(&count, bytes.data() + 80, 4);
-  return bytes.size() == kStlHeader + std::size_t{count} * kStlTriangle;
+  return count;
+}
+
+// Bytes may follow the last triangle: some programs append notes of their own. In a text the four bytes of the number are
+// letters, which make it larger than any file.
+bool holds_stated_triangles(std::string_view bytes) {
+  return bytes.size() >= kStlHeader && bytes.size() >= kStlHeader + stated_triangles(bytes) * kStlTriangle;
+}
+
+// Some binary headers begin with "solid", too; no text has a zero byte among its first lines.
+bool is_text_stl(std::string_view bytes) {
+  constexpr std::string_view kBlank = " \t\r\n", kMark = "\xef\xbb\xbf";
+  std::string_view start = bytes.substr(0, 1024);
+  if (start.find('\0') != std::string_view::npos) return false;
+  if (start.starts_with(kMark)) start.remove_prefix(kMark.size());
+  start.remove_prefix(std::min(start.find_first_not_of(kBlank), start.size()));
+  return lower(start.substr(0, start.find_first_of(kBlank))) == "solid";
 }
 
 Corners read_binary_stl(const std::filesystem::path& path, std::string_view bytes) {
   Corners corners;
-  const std::size_t count = (bytes.size() - kStlHeader) / kStlTriangle;
+  const std::size_t count = stated_triangles(bytes);
   corners.reserve(3 * count);
   for (std::size_t t = 0; t < count; ++t) {
     float xyz[9];
@@ -85,7 +109,8 @@ Corners read_text_stl(const std::filesystem::path& path, std::string_view bytes)
   io::LineScanner scan(path, bytes);
   bool closed = false;
   while (scan.next_line()) {
-    const std::string_view word = scan.word();
+    const std::string_view written = scan.word();
+    const std::string word = lower(written);
     if (word == "vertex") {
       corners.push_back(scan.vector("coordinate"));
       scan.expect_line_end();
@@ -96,8 +121,10 @@ Corners read_text_stl(const std::filesystem::path& path, std::string_view bytes)
       closed = false;
     } else if (word == "endsolid") {
       closed = true;
-    } else if (word != "solid" && word != "outer" && word != "endloop") {
-      scan.fail("unexpected '" + io::LineScanner::clipped(word) + "'", "is this an STL file?");
+    } else if (word == "solid") {
+      closed = false;
+    } else if (word != "outer" && word != "endloop") {
+      scan.fail("unexpected '" + io::LineScanner::clipped(written) + "'", "is this an STL file?");
     }
   }
   if (!closed || corners.size() % 3 != 0) {
@@ -107,10 +134,22 @@ Corners read_text_stl(const std::filesystem::path& path, std::string_view bytes)
 }
 
 Corners read_stl(const std::filesystem::path& path, std::string_view bytes) {
-  if (is_binary_stl(bytes)) return read_binary_stl(path, bytes);
-  if (bytes.substr(0, bytes.find_first_of(" \t\r\n")) == "solid") return read_text_stl(path, bytes);
+  if (holds_stated_triangles(bytes)) {
+    if (stated_triangles(bytes) == 0 && bytes.size() >= kStlHeader + kStlTriangle) {
+      throw Error(ErrorKind::input, path.string(), "binary STL that states 0 triangles, though more bytes follow",
+                  "its program did not finish it: export it again");
+    }
+    return read_binary_stl(path, bytes);
+  }
+  if (is_text_stl(bytes)) return read_text_stl(path, bytes);
+  if (bytes.size() < kStlHeader) {
+    throw Error(ErrorKind::input, path.string(), "is neither text STL nor long enough for binary STL",
+                "the file is truncated or of another format: export it again");
+  }
   throw Error(ErrorKind::input, path.string(),
-              "is neither text STL nor binary STL whose length agrees with its number of triangles",
+              "is no text STL, and as binary STL its " + std::to_string(stated_triangles(bytes)) + " triangles would take " +
+                  std::to_string(kStlHeader + stated_triangles(bytes) * kStlTriangle) + " bytes of which there are " +
+                  std::to_string(bytes.size()),
               "the file is truncated or of another format: export it again");
 }
 
@@ -150,13 +189,7 @@ Corners read_obj(const std::filesystem::path& path, std::string_view bytes) {
   return corners;
 }
 
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : static_cast<char>(c);
-  });
-  return extension;
-}
+std::string lower_extension(const std::filesystem::path& path) { return lower(path.extension().string()); }
 
 }  // namespace
 
@@ -168,6 +201,7 @@ bool is_surface_file(const std::filesystem::path& path) {
 TriangleMesh read_surface_file(const std::filesystem::path& path) {
   const std::string bytes = read_file(path);
   const std::string extension = lower_extension(path);
+  if (bytes.empty()) throw Error(ErrorKind::input, path.string(), "the file is empty", "export it again");
   if (extension == ".obj") return weld(path, read_obj(path, bytes));
   if (extension == ".stl") return weld(path, read_stl(path, bytes));
   throw Error(ErrorKind::input, path.string(), "unknown kind of surface file '" + extension + "'",

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <cstring>
 
 #include "helpers/temp_folder.h"
@@ -59,6 +60,17 @@ TEST(SurfaceFile, TextAndBinaryStlAreWelded) {
   expect_tetrahedron(read_surface_file(folder.write("b.STL", binary_stl())));
 }
 
+TEST(SurfaceFile, StlAsProgramsReallyWriteIt) {
+  const TempFolder folder;
+  std::string upper = text_stl();
+  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  expect_tetrahedron(read_surface_file(folder.write("upper.stl", upper)));
+  expect_tetrahedron(read_surface_file(folder.write("mark.stl", "\xef\xbb\xbf" + text_stl())));
+  expect_tetrahedron(read_surface_file(folder.write("blank.stl", "\r\n \n" + text_stl())));
+  expect_tetrahedron(read_surface_file(folder.write("note.stl", binary_stl() + "\nmade by some program")));
+  expect_tetrahedron(read_surface_file(folder.write("long.stl", binary_stl() + std::string(200, '\0'))));
+}
+
 TEST(SurfaceFile, ObjWithNormalsPolygonsAndNegativeIndices) {
   const TempFolder folder;
   const std::string square =
@@ -78,9 +90,14 @@ TEST(SurfaceFile, Errors) {
     const auto path = folder.write(name, bytes);
     expect_error(ErrorKind::input, words, [&] { (void)read_surface_file(path); });
   };
-  refused("a.stl", "", {"a.stl"});
+  refused("a.stl", "", {"a.stl", "is empty"});
+  refused("a.obj", "", {"a.obj", "is empty"});
+  refused("a.stl", " \n", {"a.stl", "neither"});
   refused("a.stl", "solid x\nendsolid x\n", {"no triangles"});
-  refused("a.stl", binary_stl().substr(0, 200), {"a.stl"});
+  refused("a.stl", std::string(84, '\0'), {"a.stl", "no triangles"});
+  refused("a.stl", binary_stl().replace(80, 4, 4, '\0'), {"a.stl", "states 0 triangles"});
+  refused("a.stl", binary_stl().substr(0, 200), {"a.stl", "4 triangles", "284 bytes", "200"});
+  refused("a.stl", text_stl() + "solid b\n", {"a.stl:", "truncated"});
   refused("a.stl", text_stl().substr(0, text_stl().find("endsolid")), {"a.stl:", "truncated"});
   refused("a.stl", "solid\nfacet\nouter loop\nvertex 0 0 nan\n", {"a.stl:4", "nan"});
   refused("a.stl", "solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nendfacet\nendsolid\n", {"a.stl:5", "three"});
