@@ -80,9 +80,11 @@ std::vector<Part> pack_parts(const std::vector<RobotChain>& chains, const RobotC
       parts.push_back({i, i, 1 + chain.body_moves + (first ? chain.lift_moves : 0)});
       bytes = frame_bytes + chain.body_bytes + (first ? chain.lift_bytes : 0);
       if (bytes + tail_bytes > max_bytes || parts.back().moves + tail_moves > limits.max_moves_per_part) {
-        throw Error(ErrorKind::internal, "emit, chain " + std::to_string(i),
-                    format("%d moves and %zu bytes do not fit into a part", parts.back().moves + tail_moves, bytes + tail_bytes),
-                    "raise machine.program.max_moves_per_part or max_bytes_per_part");
+        const bool by_bytes = bytes + tail_bytes > max_bytes;
+        throw Error(ErrorKind::usage, by_bytes ? "config key machine.program.max_bytes_per_part" : "config key machine.program.max_moves_per_part",
+                    format("chain %zu of the robot's program takes %d moves and %zu bytes, more than a part may have", i,
+                           parts.back().moves + tail_moves, bytes + tail_bytes),
+                    format("set it to %zu or more", by_bytes ? bytes + tail_bytes : static_cast<std::size_t>(parts.back().moves + tail_moves)));
       }
     }
     parts.back().last = i + 1;

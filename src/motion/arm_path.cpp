@@ -327,14 +327,36 @@ std::size_t first_jump(const Cell& cell, const ArmSection& section) {
   return section.points.size();
 }
 
+// Moves of a program's part that a section may have: what gates, travel and the frame of a part take stays free.
+double most_moves(const ProgramLimits& limits) {
+  constexpr double kFree = 0.25, kMoveBytes = 180.0, kFrameBytes = 4000.0;
+  const double by_bytes = ((1.0 - kFree) * static_cast<double>(limits.max_bytes_per_part) - kFrameBytes) / kMoveBytes;
+  return std::max(20.0, std::min((1.0 - kFree) * limits.max_moves_per_part, by_bytes));
+}
+
+// The waypoints that `most` moves of a program reach. A slow segment becomes several of them, since no move may last longer
+// than gates lie apart.
+std::size_t within_moves(const Cell& cell, const ArmSection& section, double most) {
+  const double longest_s = 0.5 * cell.machine().link.gate_interval_s;
+  double moves = 0.0;
+  for (std::size_t i = 1; i < section.points.size(); ++i) {
+    const ArmPoint &from = section.points[i - 1], &to = section.points[i];
+    double duration = to.draft.duration_s;
+    for (int j = 0; j < 6; ++j) duration = std::max(duration, std::abs(to.joints[j] - from.joints[j]) / cell.joint_speed(j));
+    moves += std::max(1.0, std::ceil(duration / longest_s));
+    if (moves > most) return std::max<std::size_t>(i, 2);
+  }
+  return section.points.size();
+}
+
 // Appends a section, cut where a joint would jump, where joints would run out of their range or programs would grow too long.
 void append_section(const Cell& cell, ArmSection section, ArmState& state, std::vector<ArmSection>& sections) {
   insert_waypoints(cell, section);
-  const std::size_t most = static_cast<std::size_t>(std::max(20, cell.machine().program.max_moves_per_part * 3 / 4));
+  const double most = most_moves(cell.machine().program);
   while (!section.points.empty()) {
     ease_start(cell, section);
     ArmSection head = section;
-    head.points.resize(std::min(first_jump(cell, section), most));
+    head.points.resize(std::min(first_jump(cell, section), within_moves(cell, section, most)));
     for (std::size_t fits; (fits = unwrap_section(cell, head, state)) < head.points.size();)
       head.points.resize(fits + 1);
     if (head.points.size() < 2 && section.points.size() > 1) head.points.resize(2, section.points[1]);

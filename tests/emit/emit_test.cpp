@@ -647,7 +647,13 @@ TEST(EmitRobot, GatesKeepAwayFromStops) {
 TEST(EmitRobot, ChainAboveTheCapIsAnError) {
   Print print = small_print();
   print.machine.program.max_moves_per_part = 100;
-  EXPECT_THROW(emit_robot(print.toolpaths, print.motion, print.machine), Error);
+  try {
+    (void)emit_robot(print.toolpaths, print.motion, print.machine);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::usage) << "a setting, not a bug";
+    EXPECT_EQ(error.where(), "config key machine.program.max_moves_per_part");
+  }
 }
 
 TEST(EmitRobot, ChangeOfMaterialNeedsThePurgeStation) {

@@ -277,6 +277,29 @@ TEST(PlanMotion, CreaseOfALayerIsPassedByANewChainNotByAJumpOfTheArm) {
   }
 }
 
+// A slow bead is divided in the program, since no move may last longer than gates lie apart: its waypoints are few, its moves many.
+TEST(PlanMotion, SlowPathIsCutWhereItsMovesWouldNotFitIntoAPart) {
+  Toolpaths toolpaths;
+  shapes::add_ring(toolpaths, Vec3(0, 0, 0.3), 20.0, 0.0, 0, 120);
+  for (PathPoint& point : toolpaths.points) point.feed_mm_s = 0.2;
+  Machine machine;
+  machine.program.max_moves_per_part = 300;
+  const MotionResult result = plan_motion(toolpaths, machine);
+  expect_all_checks(result.report);
+  expect_sound(toolpaths, machine, result);
+  double volume = 0.0;
+  for (const PathMotion& chain : result.motion.paths) {
+    double moves = 0.0;
+    for (Index w = chain.first_waypoint + 1; w < chain.first_waypoint + chain.waypoint_count; ++w) {
+      moves += std::max(1.0, std::ceil(result.motion.waypoints[w].duration_s / machine.link.gate_interval_s));
+    }
+    EXPECT_LT(moves, machine.program.max_moves_per_part);
+    volume += chain.volume_mm3;
+  }
+  EXPECT_GT(result.motion.paths.size(), 2u);
+  EXPECT_NEAR(volume, 2.0 * std::numbers::pi * 20.0 * 0.6 * 0.8, 0.1);
+}
+
 TEST(PlanArmPath, ForearmTurnsAwayFromWhatLiesInItsWay) {
   const Machine machine;
   const Cell cell(machine);

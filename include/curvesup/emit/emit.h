@@ -70,8 +70,8 @@ struct EmittedFiles {
 // Writes the programs of arm and extruder board for `motion`. The files hold all they need: the arguments may go.
 //   Guarantees  no part above the caps of machine.program; every chain of `motion` in exactly one part, in order; the
 //               bytes depend on the arguments only, not on locale or thread count; ASCII, LF.
-//   Errors      internal: motion breaks its contract (no purge travel at a change of material, a chain above the caps);
-//               output: no room in the spool folder.
+//   Errors      usage: a chain is above the caps; internal: motion breaks its contract (no purge travel at a change of
+//               material); output: no room in the spool folder.
 //   Cost        linear; about 170 bytes per waypoint in the spool folder, in memory those of 512 chains.
 //
 // The two programs and their meeting points
