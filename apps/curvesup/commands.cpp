@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <thread>
@@ -283,10 +284,13 @@ int run(int argc, char** argv) {
     return 0;
   } catch (const Error& error) {
     std::cerr << "curvesup: error " << error.what() << "\n";
+    // TetGen's thread may still be at work, and cannot be told to end.
+    if (error.kind() == ErrorKind::interrupted) std::_Exit(exit_code(error.kind()));
     return exit_code(error.kind());
   } catch (const std::bad_alloc&) {
-    std::cerr << "curvesup: error [internal] memory: not enough memory (use fewer layers or a coarser domain)\n";
-    return exit_code(ErrorKind::internal);
+    std::cerr << "curvesup: error [geometry] memory: not enough memory (use fewer layers, larger domain.max_tet_volume_mm3, or a smaller "
+                 "model.scale)\n";
+    return exit_code(ErrorKind::geometry);
   } catch (const std::exception& error) {
     std::cerr << "curvesup: error [internal] program: " << error.what() << " (please report this)\n";
     return exit_code(ErrorKind::internal);

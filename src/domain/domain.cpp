@@ -6,6 +6,7 @@
 
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
+#include "mesh/tet_budget.h"
 #include "mesh/tetgen_wrapper.h"
 
 namespace curvesup {
@@ -168,15 +169,27 @@ void verify(const Model& model, const TriangleMesh& hull, const std::string& fir
   report.checks.push_back(check_equal("domain.inverted_tets", inverted, 0.0, "support tets without positive volume"));
 }
 
+void refuse_too_many_tets(const Model& model, const TriangleMesh& hull, const DomainOptions& options) {
+  const double volume = inside_volume(hull) - total_volume(model.mesh);
+  if (expected_tets(volume, options.max_tet_volume_mm3) <= kMostTets) return;
+  throw Error(ErrorKind::usage, "config keys model.scale and domain.max_tet_volume_mm3",
+              format("the space around the model takes about %.2g tets of at most %g mm3", expected_tets(volume, options.max_tet_volume_mm3),
+                     options.max_tet_volume_mm3),
+              format("if the file is not in millimetres set model.scale; else max_tet_volume_mm3 to %.2g or more",
+                     1.05 * expected_tets(volume, kMostTets)));
+}
+
 }  // namespace
 
 DomainResult mesh_domain(const Model& model, const TriangleMesh& hull, const DomainOptions& options, const RunContext& run) {
   run.check_stop();
+  refuse_too_many_tets(model, hull, options);
   std::vector<Index> source;
   const PiecewiseComplex complex = boundary_complex(model, hull, source);
   const TetMesh support = tetrahedralize(
       complex,
-      {.max_tet_volume_mm3 = options.max_tet_volume_mm3, .radius_edge_ratio = options.radius_edge_ratio, .where = kStage});
+      {.max_tet_volume_mm3 = options.max_tet_volume_mm3, .radius_edge_ratio = options.radius_edge_ratio, .where = kStage},
+      run);
   run.check_stop();
 
   DomainResult result;

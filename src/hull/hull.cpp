@@ -11,6 +11,7 @@
 #include "curvesup/mesh/triangle_tree.h"
 #include "core/angle_between.h"
 #include "hull/convex_surface.h"
+#include "mesh/tet_budget.h"
 
 namespace curvesup {
 namespace {
@@ -258,6 +259,17 @@ bool encloses_all(const TriangleMesh& hull, const std::vector<Vec3>& points) {
   return in_box && encloses(hull, points.front());
 }
 
+void refuse_too_many_triangles(const TriangleMesh& hull, double edge) {
+  constexpr double kMostTriangles = 1e6;
+  const double equilateral = std::sqrt(3.0) / 4.0, area = total_area(hull);
+  if (area / (equilateral * edge * edge) <= kMostTriangles) return;
+  throw Error(ErrorKind::usage, "config keys model.scale and domain.hull_edge_mm",
+              format("the hull around model and support has %.3g mm2, which edges of %g mm divide into %.2g triangles", area, edge,
+                     area / (equilateral * edge * edge)),
+              format("if the file is not in millimetres set model.scale, to %s perhaps; else hull_edge_mm to %.2g or more",
+                     scale_that_helps(std::sqrt(area / 6.0)).c_str(), 1.05 * std::sqrt(area / (equilateral * kMostTriangles))));
+}
+
 }  // namespace
 
 HullResult build_hull(const Model& model, const ScalarField& field, const Overhang& overhang, int layer_count,
@@ -282,7 +294,9 @@ HullResult build_hull(const Model& model, const ScalarField& field, const Overha
   double margin = std::max(options.margin_mm, kMarginPerEdge * edge);
   for (int attempt = 1;; ++attempt) {
     run.check_stop();
-    const TriangleMesh hull = remesh_isotropic(enlarged_hull(shapes, margin, extra, run), edge);
+    const TriangleMesh smooth = enlarged_hull(shapes, margin, extra, run);
+    refuse_too_many_triangles(smooth, edge);
+    const TriangleMesh hull = remesh_isotropic(smooth, edge);
     const TriangleTree tree(hull);
     const double far = 2.0 * (margin + extra);
     report.attempts = attempt;

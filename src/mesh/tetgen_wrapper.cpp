@@ -1,7 +1,11 @@
 #include "mesh/tetgen_wrapper.h"
 
 #include <algorithm>
+#include <chrono>
+#include <future>
+#include <memory>
 #include <new>
+#include <thread>
 #include <utility>
 
 #include "curvesup/core/error.h"
@@ -83,6 +87,29 @@ TetMesh read(const tetgenio& out) {
   return mesh;
 }
 
+// Throws TetGen's code.
+TetMesh fill_with_tets(tetgenio& in, const TetrahedralizeOptions& options) {
+  tetgenio out;
+  // The numbers go past the switches: TetGen would read them in the locale of the process.
+  char switches[] = "pYq2a1Q";
+  tetgenbehavior behavior;
+  if (!behavior.parse_commandline(switches)) throw 10;
+  behavior.minratio = options.radius_edge_ratio;
+  behavior.maxvolume = options.max_tet_volume_mm3;
+  ::tetrahedralize(&behavior, &in, &out);
+  if (out.numberoftetrahedra == 0 || out.numberofpoints < in.numberofpoints) throw 2;
+  return read(out);
+}
+
+// The same in a thread that owns all it uses, so that it can be left alone when a stop is asked for.
+TetMesh fill_beside(std::unique_ptr<tetgenio> in, const TetrahedralizeOptions& options, const RunContext& run) {
+  std::packaged_task<TetMesh()> task([in = std::move(in), options] { return fill_with_tets(*in, options); });
+  std::future<TetMesh> mesh = task.get_future();
+  std::thread(std::move(task)).detach();
+  while (mesh.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) run.check_stop();
+  return mesh.get();
+}
+
 }  // namespace
 
 void drop_unused_vertices(TetMesh& mesh, Index kept) {
@@ -103,21 +130,15 @@ void drop_unused_vertices(TetMesh& mesh, Index kept) {
   }
 }
 
-TetMesh tetrahedralize(const PiecewiseComplex& complex, const TetrahedralizeOptions& options) {
+TetMesh tetrahedralize(const PiecewiseComplex& complex, const TetrahedralizeOptions& options, const RunContext& run) {
   if (complex.facets.empty()) {
     throw Error(ErrorKind::geometry, options.where, "there is no surface to fill", "check the input mesh");
   }
-  tetgenio in, out;
+  TetMesh mesh;
   try {
-    fill(in, complex);
-    // The numbers go past the switches: TetGen would read them in the locale of the process.
-    char switches[] = "pYq2a1Q";
-    tetgenbehavior behavior;
-    if (!behavior.parse_commandline(switches)) throw 10;
-    behavior.minratio = options.radius_edge_ratio;
-    behavior.maxvolume = options.max_tet_volume_mm3;
-    ::tetrahedralize(&behavior, &in, &out);
-    if (out.numberoftetrahedra == 0 || out.numberofpoints < in.numberofpoints) throw 2;
+    auto in = std::make_unique<tetgenio>();
+    fill(*in, complex);
+    mesh = run.stop.stop_possible() ? fill_beside(std::move(in), options, run) : fill_with_tets(*in, options);
   } catch (const int code) {
     const Reason reason = reason_of(code);
     throw Error(ErrorKind::geometry, options.where, reason.what, reason.remedy);
@@ -125,7 +146,6 @@ TetMesh tetrahedralize(const PiecewiseComplex& complex, const TetrahedralizeOpti
     const Reason reason = reason_of(1);
     throw Error(ErrorKind::geometry, options.where, reason.what, reason.remedy);
   }
-  TetMesh mesh = read(out);
   drop_unused_vertices(mesh, static_cast<Index>(complex.vertices.size()));
   return mesh;
 }

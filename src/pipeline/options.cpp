@@ -37,7 +37,7 @@ const OptionTable<PlaceOptions>& place_table() {
     t.number("scale", CURVESUP_FIELD(scale), 1e-6, 1e6, "Factor on the file's coordinates, applied first.");
     t.numbers("rotate_deg", 3, 1.0, CURVESUP_ELEMENT(rotate_deg[static_cast<int>(i)]), -3600, 3600,
               "Rotation about x, then y, then z, about the origin, after the up axis.");
-    t.numbers("translate_mm", 3, 1.0, CURVESUP_ELEMENT(translate_mm[static_cast<int>(i)]), -1e5, 1e5, "Move after the rotation.");
+    t.numbers("translate_mm", 3, 1.0, CURVESUP_ELEMENT(translate_mm[static_cast<int>(i)]), -1e8, 1e8, "Move after the rotation.");
     t.boolean("drop_to_platform", CURVESUP_FIELD(drop_to_platform), "Move along z until the lowest vertex is at z = 0.");
     t.custom(ranged_key("max_tet_volume_mm3", KeyType::number, 20.0, 1e-6, 1e9, "Tets that fill a .stl or .obj surface are not larger, after scaling."));
     return t;

@@ -1,6 +1,7 @@
 #include "stages.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "curvesup/core/error.h"
 #include "curvesup/pipeline/machine_config.h"
@@ -12,6 +13,7 @@
 #include "curvesup/model/fill_surface.h"
 #include "curvesup/solid/convolution_solid.h"
 #include "curvesup/solid/envelope_solid.h"
+#include "mesh/tet_budget.h"
 #include "options.h"
 
 namespace curvesup {
@@ -23,18 +25,46 @@ Json vec_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 // ---------------------------------------------------------------------------------------------------------- load
 
 // The tets of a .tet file, or of the inside of a surface.
-TetMesh read_model(const SliceState& state) {
+TetMesh read_model(const SliceState& state, const RunContext& run) {
   const auto& file = state.request.model_file;
   if (!is_surface_file(file)) return read_tet_file(file);
   const double scale = place_options(state.config).scale;
   const double volume = config_value(state.config, "model.max_tet_volume_mm3").get<double>();
-  return fill_surface(read_surface_file(file), file.string(), {.max_tet_volume_mm3 = volume / (scale * scale * scale)});
+  return fill_surface(read_surface_file(file), file.string(), {.max_tet_volume_mm3 = volume, .scale = scale}, run);
+}
+
+// What no arm can print or no nozzle lay is most often a file in other units.
+void look_at_size(const SliceState& state, const RunContext& run) {
+  const ModelReport& report = state.model.report;
+  const Vec3 size = report.high - report.low, middle = 0.5 * (report.high + report.low);
+  const std::string sizes = format("the placed part is %.6g x %.6g x %.6g mm large", size.x(), size.y(), size.z());
+  const double bead = toolpath_options(state.config).bead_width_mm;
+  const char* units = "if the file is not in millimetres set model.scale: 25.4 for inches, 1000 for metres";
+  if (size.maxCoeff() < bead) {
+    throw Error(ErrorKind::usage, "config key model.scale", sizes + format(", smaller than one bead of %g mm", bead), units);
+  }
+  constexpr double kFewBeads = 10.0;
+  if (size.maxCoeff() < kFewBeads * bead) {
+    run.log(LogLevel::warning, sizes + format(", hardly more than beads of %g mm (%s)", bead, units));
+  }
+  double arm_mm = 0.0;  // its links laid in one line
+  for (const DhRow& link : machine_from_config(config_value(state.config, "machine")).arm.dh) {
+    arm_mm += 1000.0 * (std::abs(link.a_m) + std::abs(link.d_m));
+  }
+  if (size.maxCoeff() > 2.0 * arm_mm) {
+    run.log(LogLevel::warning, sizes + format(", more than the arm reaches (if the file is not in millimetres set model.scale, to %s perhaps)",
+                                              scale_that_helps(size.maxCoeff()).c_str()));
+  } else if (middle.norm() > 2.0 * arm_mm) {
+    const Vec3 move = place_options(state.config).translate_mm - Vec3(middle.x(), middle.y(), report.low.z());
+    run.log(LogLevel::warning, format("the placed part lies %.6g mm from the middle of the platform, where the arm does not reach (set "
+                                      "model.translate_mm to [%.6g, %.6g, %.6g])", middle.norm(), move.x(), move.y(), move.z()));
+  }
 }
 
 void load(SliceState& state, const RunContext& run) {
   const auto& file = state.request.model_file;
   state.input_sha256 = sha256_of_file(file);
-  state.model = load_model(file.stem().string(), read_model(state), place_options(state.config), run);
+  state.model = load_model(file.stem().string(), read_model(state, run), place_options(state.config), run);
   const ModelReport& report = state.model.report;
   if (report.flipped_tets > 0) {
     run.log(LogLevel::warning, format("%d tets were turned inside out and have been mended", report.flipped_tets));
@@ -44,6 +74,7 @@ void load(SliceState& state, const RunContext& run) {
                 format("the placed model reaches %.3f mm below the platform", -report.low.z()),
                 "move it up or set model.drop_to_platform");
   }
+  look_at_size(state, run);
   state.report["model"] = {{"vertices", report.vertices},
                            {"tets", report.tets},
                            {"boundary_faces", report.boundary_faces},

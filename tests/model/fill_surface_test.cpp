@@ -104,5 +104,12 @@ TEST(FillSurface, CollapsedTrianglesAreLeftOut) {
   expect_error(ErrorKind::input, {"empty.stl", "no triangles"}, [] { (void)fill_surface({}, "empty.stl"); });
 }
 
+TEST(FillSurface, APartInWrongUnitsIsRefusedBeforeItIsFilled) {
+  const TriangleMesh box = shapes::box_surface(Vec3(0, 0, 0), Vec3(26000, 20000, 10000), 5);
+  expect_error(ErrorKind::usage, {"model.scale", "0.01", "model.max_tet_volume_mm3", "huge.stl", "26000 x 20000 x 10000 mm"},
+               [&] { (void)fill_surface(box, "huge.stl"); });
+  EXPECT_NEAR(total_volume(fill_surface(box, "huge.stl", {.scale = 0.001})), 5.2e12, 1.0);
+}
+
 }  // namespace
 }  // namespace curvesup

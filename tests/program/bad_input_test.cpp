@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include "helpers/program.h"
 #include "helpers/shapes.h"
@@ -179,6 +180,52 @@ TEST(BadInput, SurfacesThatCannotBeFilled) {
   EXPECT_NE(inspected.out.find("open_edges"), std::string::npos) << inspected.out;
   EXPECT_TRUE(folder.files(".").contains("page.html"));
   EXPECT_EQ(folder.curvesup("inspect closed.stl").exit_code, 0);
+}
+
+std::string box_stl(double width, const Vec3& at = Vec3::Zero()) {
+  return shapes::stl_text(shapes::box_surface(at, at + Vec3(width, width, 0.5 * width), 5));
+}
+
+TEST(BadInput, OtherUnitsThanMillimetres) {
+  const Folder folder;
+  folder.write("metres.stl", box_stl(0.02));
+  folder.write("inches.stl", box_stl(1));
+  folder.write("huge.stl", box_stl(26000));
+  const auto keep = [](const Vec3& c) { return c.z() > 12000 || (c.x() > 10000 && c.x() < 20000); };
+  folder.write("huge.tet", tet_text(shapes::brick_mesh({0, 0, 0}, {30000, 10000, 18000}, {3, 1, 3}, keep)));
+  folder.write("c.json", "{}");
+  expect_refused(folder, "slice metres.stl c.json", 2, "usage", "model.scale: 25.4 for inches, 1000 for metres");
+  expect_refused(folder, "slice huge.stl c.json", 2, "usage", "set model.scale, to 0.01 perhaps");
+  expect_refused(folder, "slice huge.tet c.json", 2, "usage", "set model.scale, to 0.01 perhaps");
+  const Outcome inspected = folder.curvesup("inspect huge.stl");
+  EXPECT_EQ(inspected.exit_code, 3);
+  EXPECT_NE(inspected.out.find("model.scale"), std::string::npos) << inspected.out;
+  const Outcome inches = folder.curvesup("slice inches.stl c.json -o out --stop-after load");
+  EXPECT_EQ(inches.exit_code, 0);
+  EXPECT_NE(inches.err.find("model.scale"), std::string::npos) << inches.err;
+  EXPECT_EQ(folder.curvesup("slice inches.stl c.json -o out -s model.scale=25.4 --stop-after load").err.find("model.scale"), std::string::npos);
+}
+
+TEST(BadInput, PartFarFromThePlatformIsToldWhereToMove) {
+  const Folder folder;
+  folder.write("far.stl", box_stl(20, Vec3(70000, 0, 0)));
+  folder.write("c.json", "{}");
+  const Outcome run = folder.curvesup("slice far.stl c.json -o out --stop-after load");
+  EXPECT_NE(run.err.find("model.translate_mm to [-70010, -10, 0]"), std::string::npos) << run.err;
+  EXPECT_EQ(folder.curvesup("slice far.stl c.json -o out --stop-after load -s 'model.translate_mm=[-70010,-10,0]'").err.find("translate"),
+            std::string::npos);
+}
+
+// Millions of tets would take TetGen half a minute, which it cannot be told to cut short.
+TEST(BadInput, StopWhileTetsAreMadeEndsTheProgramAtOnce) {
+  const Folder folder;
+  folder.write("m.stl", box_stl(60));
+  folder.write("c.json", "{}");
+  const auto start = std::chrono::steady_clock::now();
+  const Outcome run = folder.curvesup("slice m.stl c.json -o out -s model.max_tet_volume_mm3=0.05", "timeout --preserve-status -s TERM 1");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(4));
+  EXPECT_EQ(run.exit_code, 130) << run.err;
+  EXPECT_EQ(folder.files(".").size(), 2u) << "nothing is left behind";
 }
 
 TEST(BadInput, FieldWithTooFewValuesAndConstantField) {

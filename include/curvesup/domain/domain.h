@@ -42,7 +42,8 @@ struct DomainResult {
   DomainReport report;
 };
 
-// Throws Error{geometry} with TetGen's reason; a failure inside TetGen never ends the process.
+// Throws Error{geometry} with TetGen's reason; a failure inside TetGen never ends the process. Throws Error{usage} when
+// millions of tets would fill the space, and Error{interrupted} without waiting for TetGen.
 [[nodiscard]] DomainResult mesh_domain(const Model& model, const TriangleMesh& hull, const DomainOptions& options = {},
                                        const RunContext& run = {});
 

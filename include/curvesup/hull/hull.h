@@ -35,7 +35,7 @@ struct HullReport {
 // The convex hull is enlarged by `margin` in all directions and remeshed to edges of length L, which rounds it inwards
 // again: guaranteed is that hull and model do not intersect (exact test) and that the model, and the trajectories widened
 // sideways by extra_margin, keep half the margin from the hull; when they do not, L shrinks, and the margin grows from the third attempt.
-// Throws Error{geometry} when no attempt gives that. Same input, same result.
+// Throws Error{geometry} when no attempt gives that, Error{usage} when edges of that length would be a million triangles. Same input, same result.
 struct HullResult {
   TriangleMesh surface;
   HullReport report;
