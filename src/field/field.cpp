@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
+#include <queue>
+#include <utility>
 
 #include "curvesup/core/error.h"
 #include "curvesup/core/format.h"
@@ -16,9 +19,9 @@ namespace {
 
 Index size_of(const auto& container) { return static_cast<Index>(container.size()); }
 
-void check_count(const char* what, std::size_t found, std::size_t wanted, const char* of) {
+void check_count(const std::string& where, const char* what, std::size_t found, std::size_t wanted, const char* of) {
   if (found == wanted) return;
-  throw Error(ErrorKind::input, "field", format("%zu %s for %zu %s", found, what, wanted, of),
+  throw Error(ErrorKind::input, where, format("%zu %s for %zu %s", found, what, wanted, of),
               "the field's file must belong to this mesh");
 }
 
@@ -37,24 +40,28 @@ std::vector<double> raw_values(const Model& model, const FieldInput& input, cons
       return value;
     }
     case FieldSource::scalar_file: {
-      check_count("values", input.vertex_value.size(), mesh.vertices.size(), "vertices");
+      check_count(input.where, "values", input.vertex_value.size(), mesh.vertices.size(), "vertices");
       for (Index v = 0; v < size_of(mesh.vertices); ++v) {
         if (!std::isfinite(input.vertex_value[v])) {
-          throw Error(ErrorKind::input, format("field, vertex %d", v), "value is no finite number",
+          throw Error(ErrorKind::input, input.where + format(", vertex %d", v), "value is no finite number",
                       "mend the field's file");
         }
       }
       return input.vertex_value;
     }
     case FieldSource::vector_file: {
-      check_count("vectors", input.tet_vector.size(), mesh.tets.size(), "tets");
+      check_count(input.where, "vectors", input.tet_vector.size(), mesh.tets.size(), "tets");
       std::vector<Vec3> placed(mesh.tets.size());
       for (Index t = 0; t < size_of(mesh.tets); ++t) {
         placed[t] = model.rotation * input.tet_vector[t];
         if (!placed[t].allFinite()) {
-          throw Error(ErrorKind::input, format("field, tet %d", t), "vector is no finite number",
+          throw Error(ErrorKind::input, input.where + format(", tet %d", t), "vector is no finite number",
                       "mend the field's file");
         }
+      }
+      if (std::all_of(placed.begin(), placed.end(), [](const Vec3& v) { return v.isZero(0.0); })) {
+        throw Error(ErrorKind::input, input.where, "every vector is zero: there is no print direction",
+                    "give vectors that point from the first layer to the last");
       }
       auto solved = integrate_vector_field(mesh, placed, run);
       report.solve_residual = solved.relative_residual;
@@ -72,7 +79,7 @@ std::vector<char> used_vertices(const TetMesh& mesh) {
   return used;
 }
 
-void normalise(std::vector<double>& value, const std::vector<char>& used, FieldReport& report) {
+void normalise(std::vector<double>& value, const std::vector<char>& used, const std::string& where, FieldReport& report) {
   double low = std::numeric_limits<double>::max(), high = -low;
   for (std::size_t v = 0; v < value.size(); ++v) {
     if (!used[v]) continue;
@@ -82,9 +89,13 @@ void normalise(std::vector<double>& value, const std::vector<char>& used, FieldR
   report.input_min = low;
   report.input_max = high;
   const double range = high - low;
+  if (!std::isfinite(range)) {
+    throw Error(ErrorKind::input, where, "the field's values, " + shortest(low) + " to " + shortest(high) + ", are too large",
+                "scale them down");
+  }
   // A range that rounding alone could make is no field.
-  if (!(range > 1e-12 * std::max(std::abs(low), std::abs(high))) || !std::isfinite(range)) {
-    throw Error(ErrorKind::input, "field", "the field is constant (" + shortest(low) + "): it has no print direction",
+  if (!(range > 1e-12 * std::max(std::abs(low), std::abs(high)))) {
+    throw Error(ErrorKind::input, where, "the field is constant (" + shortest(low) + "): it has no print direction",
                 "give a field that grows from the first layer to the last");
   }
   for (std::size_t v = 0; v < value.size(); ++v) {
@@ -152,11 +163,16 @@ void report_gradients(const Model& model, const ScalarField& field, const FieldI
   }
 }
 
-void report_extrema(const Model& model, const ScalarField& field, FieldReport& report) {
+std::vector<char> boundary_vertices(const Model& model) {
   std::vector<char> on_boundary(model.mesh.vertices.size(), 0);
   for (const auto& face : model.boundary) {
     for (const Index v : face.vertices) on_boundary[v] = 1;
   }
+  return on_boundary;
+}
+
+void report_extrema(const Model& model, const ScalarField& field, FieldReport& report) {
+  const std::vector<char> on_boundary = boundary_vertices(model);
   const auto interior = [&](const VertexPlateaus& plateaus) {
     std::vector<Index> found;
     for (const Index p : plateaus.minima()) {
@@ -172,14 +188,66 @@ void report_extrema(const Model& model, const ScalarField& field, FieldReport& r
   report.interior_maxima = interior(VertexPlateaus(model.mesh, negated));
 }
 
+// Vertices that share an edge.
+std::vector<std::vector<Index>> vertex_neighbours(const TetMesh& mesh) {
+  std::vector<std::vector<Index>> neighbours(mesh.vertices.size());
+  for (const auto& tet : mesh.tets) {
+    for (const auto& [i, j] : kTetEdge) {
+      neighbours[tet[i]].push_back(tet[j]);
+      neighbours[tet[j]].push_back(tet[i]);
+    }
+  }
+  return neighbours;
+}
+
+// The lowest value that has to be climbed to from a minimum, before the boundary or a lower vertex is reached.
+double rim_of_basin(const std::vector<std::vector<Index>>& neighbours, const std::vector<char>& on_boundary,
+                    const std::vector<double>& value, Index minimum) {
+  using Step = std::pair<double, Index>;
+  std::priority_queue<Step, std::vector<Step>, std::greater<>> next;
+  std::vector<char> seen(value.size(), 0);
+  next.push({value[minimum], minimum});
+  seen[minimum] = 1;
+  double rim = value[minimum];
+  while (!next.empty()) {
+    const auto [height, v] = next.top();
+    next.pop();
+    rim = std::max(rim, height);
+    if (on_boundary[v] || height < value[minimum]) break;
+    for (const Index other : neighbours[v]) {
+      if (!seen[other]) next.push({value[other], other});
+      seen[other] = 1;
+    }
+  }
+  return rim;
+}
+
 }  // namespace
+
+std::optional<ClosedLayers> find_closed_layers(const Model& model, const ScalarField& field, const FieldReport& report, int layer_count) {
+  if (report.interior_minima.empty() && report.interior_maxima.empty()) return std::nullopt;
+  const auto neighbours = vertex_neighbours(model.mesh);
+  const std::vector<char> on_boundary = boundary_vertices(model);
+  std::optional<ClosedLayers> most;
+  for (const bool minimum : {true, false}) {
+    std::vector<double> value = field.value;
+    if (!minimum) std::transform(value.begin(), value.end(), value.begin(), [](double g) { return 1.0 - g; });
+    // Layers are at (k + 1/2) / N, from below as from above.
+    const auto layers_below = [&](double g) { return static_cast<int>(std::floor(g * layer_count + 0.5)); };
+    for (const Index v : minimum ? report.interior_minima : report.interior_maxima) {
+      const int count = layers_below(rim_of_basin(neighbours, on_boundary, value, v)) - layers_below(value[v]);
+      if (count > (most ? most->count : 0)) most = ClosedLayers{v, minimum, count};
+    }
+  }
+  return most;
+}
 
 FieldResult compute_field(const Model& model, const FieldInput& input, const FieldOptions& options,
                           const RunContext& run) {
   FieldResult result;
   auto value = raw_values(model, input, options, run, result.report);
   const auto used = used_vertices(model.mesh);
-  normalise(value, used, result.report);
+  normalise(value, used, input.where, result.report);
   if (runs_downward(model.mesh, used, value)) {
     result.report.flipped = true;
     for (std::size_t v = 0; v < value.size(); ++v) value[v] = used[v] ? 1.0 - value[v] : 0.0;

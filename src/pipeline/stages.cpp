@@ -52,8 +52,8 @@ void look_at_size(const SliceState& state, const RunContext& run) {
     arm_mm += 1000.0 * (std::abs(link.a_m) + std::abs(link.d_m));
   }
   if (size.maxCoeff() > 2.0 * arm_mm) {
-    run.log(LogLevel::warning, sizes + format(", more than the arm reaches (if the file is not in millimetres set model.scale, to %s perhaps)",
-                                              scale_that_helps(size.maxCoeff()).c_str()));
+    run.log(LogLevel::warning, sizes + format(", more than the arm reaches (if the file is not in millimetres set model.scale, to %s "
+                                              "perhaps)", scale_that_helps(size.maxCoeff()).c_str()));
   } else if (middle.norm() > 2.0 * arm_mm) {
     const Vec3 move = place_options(state.config).translate_mm - Vec3(middle.x(), middle.y(), report.low.z());
     run.log(LogLevel::warning, format("the placed part lies %.6g mm from the middle of the platform, where the arm does not reach (set "
@@ -101,20 +101,36 @@ FieldInput read_field_input(const SliceState& state, FieldSource source) {
   }
   const std::string path = config_value(state.config, "field.path").get<std::string>();
   const auto file = config_file_path(state.request.config, "field.path", path);
+  input.where = file.string();
   const TetMesh& mesh = state.model.model.mesh;
   if (source == FieldSource::scalar_file) input.vertex_value = read_scalars(file, mesh.vertices.size());
   if (source == FieldSource::vector_file) input.tet_vector = read_vectors(file, mesh.tets.size());
   return input;
 }
 
+// Layers around a place inside the part would start in mid-air, or end where no nozzle gets in.
+void refuse_closed_layers(const SliceState& state, const std::string& where) {
+  const Model& model = state.model.model;
+  const auto closed = find_closed_layers(model, state.field.field, state.field.report, state.layer_count);
+  if (!closed) return;
+  const Vec3& at = model.mesh.vertices[static_cast<std::size_t>(closed->vertex)];
+  throw Error(ErrorKind::input, format("%s, vertex %d", where.c_str(), static_cast<int>(closed->vertex)),
+              format("the field has a %s inside the part, at (%.3f, %.3f, %.3f) as placed, and %d layers close around it: %s",
+                     closed->around_minimum ? "minimum" : "maximum", at.x(), at.y(), at.z(), closed->count,
+                     closed->around_minimum ? "nothing would carry them" : "no nozzle could get in"),
+              "make the field grow from the part's boundary to its boundary");
+}
+
 void field(SliceState& state, const RunContext& run) {
   const FieldOptions options = field_options(state.config);
   const Model& model = state.model.model;
-  state.field = compute_field(model, read_field_input(state, options.source), options, run);
+  const FieldInput input = read_field_input(state, options.source);
+  state.field = compute_field(model, input, options, run);
   const Json& count = config_value(state.config, "layers.count");
   state.layer_count = count.is_null() ? layer_count_for_thickness(model, state.field.field,
                                                                   config_value(state.config, "layers.thickness_mm").get<double>())
                                       : count.get<int>();
+  refuse_closed_layers(state, input.where);
   const FieldReport& report = state.field.report;
   if (report.flipped) run.log(LogLevel::info, "the field runs downward in this pose; 1 - G is used");
   state.report["field"] = {{"flipped", report.flipped},

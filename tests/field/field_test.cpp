@@ -116,10 +116,37 @@ TEST(Field, InteriorExtremaAreFoundAndPlateausCountOnce) {
   EXPECT_FALSE(result.report.weak_tets.empty());
 }
 
+TEST(Field, LayersThatCloseAroundAnInteriorExtremumAreCounted) {
+  const Model model = shapes::as_model(block());
+  for (const double sign : {-1.0, 1.0}) {
+    // In the middle the value is as low (high) as anywhere, and a millimetre beside it as everywhere at that height.
+    const auto bump = [&](const Vec3& p) { return p.z() + (p == Vec3(2, 3, 10) ? sign * 5.0 : 0.0); };
+    const auto result = compute_field(model, values_of(model, bump), kScalar);
+    const auto closed = find_closed_layers(model, result.field, result.report, 10);
+    ASSERT_TRUE(closed.has_value());
+    EXPECT_EQ(model.mesh.vertices[closed->vertex], Vec3(2, 3, 10));
+    EXPECT_EQ(closed->around_minimum, sign < 0.0);
+    EXPECT_EQ(closed->count, 4) << "out past a neighbour, a millimetre lower (higher)";
+  }
+  // An extremum that no layer's value separates from its surroundings is noise.
+  const auto noise = [](const Vec3& p) { return p.z() + (p == Vec3(2, 3, 10) ? -1.1 : 0.0); };
+  const auto result = compute_field(model, values_of(model, noise), kScalar);
+  ASSERT_EQ(result.report.interior_minima.size(), 1u);
+  EXPECT_FALSE(find_closed_layers(model, result.field, result.report, 10).has_value());
+}
+
 TEST(Field, RefusesWhatIsNoField) {
   const Model model = shapes::as_model(block());
   EXPECT_THROW((void)compute_field(model, values_of(model, [](const Vec3&) { return 0.3; }), kScalar), Error);
   EXPECT_THROW((void)compute_field(model, {}, kScalar), Error);
+  const FieldInput zero{.vertex_value = {}, .tet_vector = std::vector<Vec3>(model.mesh.tets.size(), Vec3::Zero()), .where = "v.txt"};
+  try {
+    (void)compute_field(model, zero, {.source = FieldSource::vector_file});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.where(), "v.txt");
+    EXPECT_EQ(error.problem(), "every vector is zero: there is no print direction");
+  }
   auto input = values_of(model, [](const Vec3& p) { return p.z(); });
   input.vertex_value[11] = std::numeric_limits<double>::infinity();
   try {

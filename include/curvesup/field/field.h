@@ -1,6 +1,8 @@
 #pragma once
 
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "curvesup/core/report.h"
@@ -20,6 +22,7 @@ struct FieldOptions {
 struct FieldInput {
   std::vector<double> vertex_value;  // scalar_file: one a vertex of the file, in its order
   std::vector<Vec3> tet_vector;      // vector_file: one a tet of the file, in its order and in the file's frame
+  std::string where = "field";       // the file that errors name
 };
 
 struct FieldReport {
@@ -47,6 +50,18 @@ struct FieldResult {
 // value that is no finite number, or a constant field; Error{usage} on a direction of no length; Error{solver}.
 [[nodiscard]] FieldResult compute_field(const Model& model, const FieldInput& input, const FieldOptions& options = {},
                                         const RunContext& run = {});
+
+// Layers that close around a vertex inside the model, the lowest or highest of G there: nothing carries them or no nozzle gets in.
+struct ClosedLayers {
+  Index vertex = kNone;
+  bool around_minimum = false;
+  int count = 0;
+};
+
+// Of the report's interior extrema the one that most layers close around, before they reach the model's boundary or a lower
+// (higher) place; none when no layer's value lies between.
+[[nodiscard]] std::optional<ClosedLayers> find_closed_layers(const Model& model, const ScalarField& field, const FieldReport& report,
+                                                             int layer_count);
 
 // Volume-weighted median of |grad G|.
 [[nodiscard]] double median_gradient(const Model& model, const ScalarField& field);
