@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include "curvesup/check/check_output.h"
@@ -116,8 +117,7 @@ int run_slice(const Arguments& arguments) {
   return outcome.exit_code;
 }
 
-void write_table_files(const CompareResult& result, const fs::path& folder) {
-  OutputFolder output(folder);
+void write_table_files(const CompareResult& result, OutputFolder& output) {
   const std::string json = compare_json(result).dump(2) + "\n";
   output.write("compare.json", json);
   output.write("compare.csv", compare_csv(result));
@@ -128,13 +128,15 @@ void write_table_files(const CompareResult& result, const fs::path& folder) {
 
 int run_compare(const Arguments& arguments) {
   const SliceRequest request{arguments.model, config_of(arguments), {}, {}, {}};
+  std::optional<OutputFolder> output;  // one that cannot be written is refused before the work
+  if (!arguments.out.empty()) output.emplace(arguments.out);
   CompareResult result;
   {
     Session session(arguments);
     result = compare(request, session.context);
   }
   std::cout << compare_table(result);
-  if (!arguments.out.empty()) write_table_files(result, arguments.out);
+  if (output) write_table_files(result, *output);
   return 0;
 }
 

@@ -1,5 +1,4 @@
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -7,6 +6,7 @@
 #include "check/emitted_sync.h"
 #include "curvesup/core/error.h"
 #include "curvesup/io/sha256.h"
+#include "curvesup/io/text_file.h"
 
 namespace curvesup::emitted {
 
@@ -15,9 +15,7 @@ namespace {
 using Json = nlohmann::json;
 
 Json read_json(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Error(ErrorKind::input, file.string(), "cannot be read", "give the folder that slice wrote");
-  Json json = Json::parse(stream, nullptr, false);
+  Json json = Json::parse(read_file(file), nullptr, false);
   if (json.is_discarded() || !json.is_object()) throw Error(ErrorKind::input, file.string(), "is no JSON object", "slice again");
   return json;
 }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <fstream>
 #include <numbers>
 #include <sstream>
 
@@ -10,6 +9,7 @@
 #include "curvesup/core/format.h"
 #include "curvesup/core/parallel.h"
 #include "curvesup/io/sha256.h"
+#include "curvesup/io/text_file.h"
 
 namespace curvesup {
 
@@ -17,15 +17,6 @@ namespace {
 
 using namespace emitted;
 namespace fs = std::filesystem;
-
-std::string read_all(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary | std::ios::ate);
-  if (!stream) throw Error(ErrorKind::input, file.string(), "cannot be read", "give the folder that slice wrote");
-  std::string text(static_cast<std::size_t>(stream.tellg()), '\0');
-  stream.seekg(0);
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  return text;
-}
 
 // "part_0001.script" gives 1; 0 for other names.
 int part_number(const std::string& name) {
@@ -65,7 +56,7 @@ void add(EmittedFigures& figures, const EmittedFigures& part) {
 }
 
 void read_part(RobotPart& part, int parts, const fs::path& folder, const Machine& machine, EmittedFigures& figures) {
-  part.text = read_all(folder / part.file);
+  part.text = read_file(folder / part.file);
   read_script(part, parts, machine);
   probe_waits(part, machine);
   part.bytes = part.text.size();
@@ -132,7 +123,7 @@ void read_duet_folder(const fs::path& folder, Findings& findings) {
     if (entry.path().filename() != "print.g") files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
-  for (const fs::path& file : files) read_settings("duet/" + file.filename().string(), read_all(file), findings);
+  for (const fs::path& file : files) read_settings("duet/" + file.filename().string(), read_file(file), findings);
 }
 
 }  // namespace

@@ -81,10 +81,11 @@ std::vector<Part> pack_parts(const std::vector<RobotChain>& chains, const RobotC
       bytes = frame_bytes + chain.body_bytes + (first ? chain.lift_bytes : 0);
       if (bytes + tail_bytes > max_bytes || parts.back().moves + tail_moves > limits.max_moves_per_part) {
         const bool by_bytes = bytes + tail_bytes > max_bytes;
-        throw Error(ErrorKind::usage, by_bytes ? "config key machine.program.max_bytes_per_part" : "config key machine.program.max_moves_per_part",
-                    format("chain %zu of the robot's program takes %d moves and %zu bytes, more than a part may have", i,
-                           parts.back().moves + tail_moves, bytes + tail_bytes),
-                    format("set it to %zu or more", by_bytes ? bytes + tail_bytes : static_cast<std::size_t>(parts.back().moves + tail_moves)));
+        const std::size_t moves = static_cast<std::size_t>(parts.back().moves + tail_moves);
+        throw Error(ErrorKind::usage, std::string("config key machine.program.") + (by_bytes ? "max_bytes_per_part" : "max_moves_per_part"),
+                    format("chain %zu of the robot's program takes %zu moves and %zu bytes, more than a part may have", i, moves,
+                           bytes + tail_bytes),
+                    format("set it to %zu or more", by_bytes ? bytes + tail_bytes : moves));
       }
     }
     parts.back().last = i + 1;

@@ -51,6 +51,7 @@ std::array<Index, 4> read_tet(io::LineScanner& scan, std::size_t vertex_count) {
 
 TetMesh read_tet_file(const std::filesystem::path& path) {
   const std::string text = read_file(path);
+  if (text.empty()) throw Error(ErrorKind::input, path.string(), "the file is empty", "export it again");
   io::LineScanner scan(path, text);
   const std::size_t vertex_count = read_count(scan, "vertices");
   const std::size_t tet_count = read_count(scan, "tets");

@@ -48,10 +48,8 @@ class SurfaceDiagnosis : private ProblemList {
       result_.high = result_.high.cwiseMax(v);
     }
     result_.min_edge_mm = std::numeric_limits<double>::max();
-    const Vec3& origin = surface_.vertices.front();
     for (const auto& t : surface_.triangles) {
       const Vec3 &a = surface_.vertices[t[0]], &b = surface_.vertices[t[1]], &c = surface_.vertices[t[2]];
-      result_.volume_mm3 += tet_volume(origin, a, b, c);
       for (const double edge : {(b - a).norm(), (c - b).norm(), (a - c).norm()}) {
         if (edge > 0.0) result_.min_edge_mm = std::min(result_.min_edge_mm, edge);
         result_.max_edge_mm = std::max(result_.max_edge_mm, edge);
@@ -60,17 +58,16 @@ class SurfaceDiagnosis : private ProblemList {
   }
 
   void keep_true_triangles() {
-    std::vector<Index> collapsed;
-    for (Index t = 0; t < size_of(surface_.triangles); ++t) {
-      const auto& v = surface_.triangles[t];
-      if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) {
-        collapsed.push_back(t);
-      } else {
-        true_.push_back(v);
-      }
-    }
-    add("collapsed_triangles", Severity::mended, "triangle", 1, collapsed, "two corners of the triangle are one vertex",
+    TrueTriangles triangles = true_triangles(surface_);
+    true_ = std::move(triangles.kept);
+    add("collapsed_triangles", Severity::mended, "triangle", 1, triangles.collapsed, "two corners of the triangle are one vertex",
         "the triangle is left out");
+    add("repeated_triangles", Severity::mended, "triangle", 1, triangles.repeated, "the triangle is there already, turned alike",
+        "the triangle is left out");
+    const Vec3& origin = surface_.vertices.front();
+    for (const auto& t : true_) {
+      result_.volume_mm3 += tet_volume(origin, surface_.vertices[t[0]], surface_.vertices[t[1]], surface_.vertices[t[2]]);
+    }
   }
 
   void look_at_edges() {
@@ -81,7 +78,7 @@ class SurfaceDiagnosis : private ProblemList {
     add("open_edges", Severity::refused, "edge", 2, flat(manifold.open_edges),
         "the surface is open at the edge, which has a triangle on one side only", "close the hole in the program that made the file");
     add("non_manifold_edges", Severity::refused, "edge", 2, flat(crowded), "more than two triangles meet in the edge",
-        "join the parts by a Boolean union, or move them apart");
+        "remove triangles that lie in one place or inside the part; join parts by a Boolean union, or move them apart");
     add("non_manifold_vertices", Severity::refused, "vertex", 1, manifold.bad_vertices,
         "the surface touches itself in the vertex", "join the parts by a Boolean union, or move them apart");
   }
@@ -113,7 +110,7 @@ class SurfaceDiagnosis : private ProblemList {
   }
 
   const TriangleMesh& surface_;
-  std::vector<std::array<Index, 3>> true_;  // triangles with three vertices
+  std::vector<std::array<Index, 3>> true_;  // triangles with three vertices, each once
 };
 
 }  // namespace

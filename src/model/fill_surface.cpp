@@ -8,6 +8,7 @@
 #include "curvesup/model/diagnose.h"
 #include "mesh/tet_budget.h"
 #include "mesh/tetgen_wrapper.h"
+#include "model/mesh_checks.h"
 
 namespace curvesup {
 
@@ -30,10 +31,10 @@ void refuse_too_many_tets(const MeshDiagnosis& diagnosis, const std::string& whe
   const Vec3 size = options.scale * (diagnosis.high - diagnosis.low);
   const std::string scale = scale_that_helps(size.maxCoeff() / options.scale);
   throw Error(ErrorKind::usage, "config keys model.scale and model.max_tet_volume_mm3",
-              format("%s is %.6g x %.6g x %.6g mm large: about %.2g tets of at most %g mm3 would fill it", where.c_str(), size.x(), size.y(),
-                     size.z(), expected_tets(volume, options.max_tet_volume_mm3), options.max_tet_volume_mm3),
-              format("if the file is not in millimetres set model.scale, to %s perhaps; else max_tet_volume_mm3 to %.2g or more", scale.c_str(),
-                     1.05 * expected_tets(volume, kMostTets)));
+              format("%s is %.6g x %.6g x %.6g mm large: about %.2g tets of at most %g mm3 would fill it", where.c_str(), size.x(),
+                     size.y(), size.z(), expected_tets(volume, options.max_tet_volume_mm3), options.max_tet_volume_mm3),
+              format("if the file is not in millimetres set model.scale, to %s perhaps; else max_tet_volume_mm3 to %.2g or more",
+                     scale.c_str(), 1.05 * expected_tets(volume, kMostTets)));
 }
 
 void refuse_unfit(const TriangleMesh& surface, const std::string& where, const FillOptions& options) {
@@ -92,10 +93,7 @@ void empty_cavities(TetMesh& mesh, std::vector<std::array<Index, 3>> walls, Inde
 TetMesh fill_surface(const TriangleMesh& surface, const std::string& where, const FillOptions& options,
                      const RunContext& run) {
   refuse_unfit(surface, where, options);
-  PiecewiseComplex complex{surface.vertices, {}, {}};
-  for (const auto& t : surface.triangles) {
-    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) complex.facets.push_back(t);
-  }
+  PiecewiseComplex complex{surface.vertices, mesh_checks::true_triangles(surface).kept, {}};
   const double most = options.max_tet_volume_mm3 / std::pow(options.scale, 3);
   TetMesh mesh = tetrahedralize(complex, {.max_tet_volume_mm3 = most, .where = where}, run);
   empty_cavities(mesh, std::move(complex.facets), static_cast<Index>(surface.vertices.size()));

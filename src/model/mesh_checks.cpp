@@ -149,6 +149,35 @@ Faces classify_faces(const TetMesh& mesh) {
   return found;
 }
 
+TrueTriangles true_triangles(const TriangleMesh& surface) {
+  TrueTriangles result;
+  std::vector<std::pair<std::array<Index, 3>, Index>> turned;  // lowest vertex first, so that equal ones are the same
+  for (Index t = 0; t < size_of(surface.triangles); ++t) {
+    std::array<Index, 3> v = surface.triangles[t];
+    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) {
+      result.collapsed.push_back(t);
+      continue;
+    }
+    std::rotate(v.begin(), std::min_element(v.begin(), v.end()), v.end());
+    turned.emplace_back(v, t);
+  }
+  std::sort(turned.begin(), turned.end());
+  std::vector<char> repeats(surface.triangles.size(), 0);
+  for (std::size_t i = 1; i < turned.size(); ++i) {
+    if (turned[i].first == turned[i - 1].first) repeats[turned[i].second] = 1;
+  }
+  for (Index t = 0, next = 0; t < size_of(surface.triangles); ++t) {
+    if (next < size_of(result.collapsed) && result.collapsed[next] == t) {
+      ++next;
+    } else if (repeats[t]) {
+      result.repeated.push_back(t);
+    } else {
+      result.kept.push_back(surface.triangles[t]);
+    }
+  }
+  return result;
+}
+
 Manifold check_manifold(const std::vector<std::array<Index, 3>>& faces, std::size_t vertices) {
   Manifold found;
   const auto uses = sorted_edge_uses(faces);

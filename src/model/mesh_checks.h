@@ -40,6 +40,13 @@ struct Faces {
 // Expects positive tets.
 [[nodiscard]] Faces classify_faces(const TetMesh& mesh);
 
+// The triangles of a surface less those with two corners in one vertex and those that repeat an earlier one, turned alike.
+struct TrueTriangles {
+  std::vector<std::array<Index, 3>> kept;
+  std::vector<Index> collapsed, repeated;
+};
+[[nodiscard]] TrueTriangles true_triangles(const TriangleMesh& surface);
+
 struct Manifold {
   std::vector<std::array<Index, 2>> bad_edges;   // of boundary edges that do not have exactly two faces
   std::vector<std::array<Index, 2>> open_edges;  // those of them with one face

@@ -37,6 +37,8 @@ Json parse_json_file(const fs::path& file) {
   } catch (const nlohmann::json::parse_error& error) {
     const std::size_t line = line_of_byte(text, error.byte == 0 ? 0 : error.byte - 1);
     fail(file.string() + ":" + std::to_string(line), "not valid JSON", "check commas, quotes and brackets near this line");
+  } catch (const nlohmann::json::exception&) {
+    fail(file.string(), "holds a number that is too large", "look for exponents above 308");
   }
 }
 
@@ -268,7 +270,8 @@ void check_contradictions(const Json& values, const Json& resolved) {
   }
   (void)machine_from_config(config_value(resolved, "machine"));  // throws where the machine contradicts itself
   const std::string source = config_value(resolved, "field.source").get<std::string>();
-  if (source != "direction" && config_value(resolved, "field.path").is_null()) {
+  const Json& path = config_value(resolved, "field.path");
+  if (source != "direction" && (path.is_null() || path == "")) {
     fail("config keys field.source and field.path", "source " + source + " needs a path", "set field.path");
   }
 }

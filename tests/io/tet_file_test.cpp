@@ -49,7 +49,8 @@ TEST(TetFile, KeepsTheOrientationOfTheFile) {
 }
 
 TEST(TetFile, ErrorsNameFileAndLine) {
-  expect_refused("", {"bad.tet", "vertices"});
+  expect_refused("", {"bad.tet", "the file is empty"});
+  expect_refused("\n", {"bad.tet", "vertices"});
   expect_refused("hello\n", {"bad.tet:1", "vertices"});
   expect_refused("4 vertices\n1 tets and more\n", {"bad.tet:2"});
   expect_refused("-4 vertices\n1 tets\n", {"bad.tet:1", "-4"});

@@ -104,6 +104,22 @@ TEST(FillSurface, CollapsedTrianglesAreLeftOut) {
   expect_error(ErrorKind::input, {"empty.stl", "no triangles"}, [] { (void)fill_surface({}, "empty.stl"); });
 }
 
+TEST(FillSurface, RepeatedTrianglesAreLeftOut) {
+  const TriangleMesh box = shapes::box_surface(Vec3(0, 0, 0), Vec3(1, 1, 1));
+  TriangleMesh twice = box;
+  for (auto t : box.triangles) {
+    std::rotate(t.begin(), t.begin() + 1, t.end());
+    twice.triangles.push_back(t);
+  }
+  EXPECT_EQ(names(twice, false), Names{"repeated_triangles"});
+  EXPECT_NEAR(diagnose_surface(twice).volume_mm3, 1.0, 1e-12);
+  EXPECT_NEAR(total_volume(fill_surface(twice, "twice.stl")), 1.0, 1e-12);
+  TriangleMesh against = box;
+  const auto& t = box.triangles[0];
+  against.triangles.push_back({t[0], t[2], t[1]});
+  expect_error(ErrorKind::input, {"more than two triangles", "remove triangles"}, [&] { (void)fill_surface(against, "against.stl"); });
+}
+
 TEST(FillSurface, APartInWrongUnitsIsRefusedBeforeItIsFilled) {
   const TriangleMesh box = shapes::box_surface(Vec3(0, 0, 0), Vec3(26000, 20000, 10000), 5);
   expect_error(ErrorKind::usage, {"model.scale", "0.01", "model.max_tet_volume_mm3", "huge.stl", "26000 x 20000 x 10000 mm"},

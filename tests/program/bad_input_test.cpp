@@ -104,6 +104,59 @@ TEST(BadInput, CommandThatIsNone) {
   EXPECT_EQ(folder.curvesup("frobnicate").err.find("did you mean"), std::string::npos);
 }
 
+TEST(BadInput, ConfigsThatAreOdd) {
+  const Folder folder;
+  folder.write("m.tet", tet_text(cube()));
+  folder.write("overflow.json", R"({"model": {"scale": 1e400}})");
+  folder.write("nopath.json", R"({"field": {"source": "scalar_file", "path": ""}})");
+  for (const std::string command : {"slice m.tet ", "compare m.tet ", "config check "}) {
+    expect_refused(folder, command + "overflow.json", 2, "usage", "overflow.json: holds a number that is too large");
+    expect_refused(folder, command + "nopath.json", 2, "usage", "set field.path");
+  }
+}
+
+TEST(BadInput, EmptyModel) {
+  const Folder folder;
+  folder.write("c.json", "{}");
+  for (const std::string name : {"m.tet", "m.stl", "m.obj"}) {
+    folder.write(name, "");
+    expect_refused(folder, "slice " + name + " c.json", 3, "input", name + ": the file is empty");
+  }
+}
+
+TEST(BadInput, FieldsThatNoPrintFollows) {
+  const Folder folder;
+  const TetMesh mesh = shapes::brick_mesh({0, 0, 0}, {8, 8, 8}, {4, 4, 4});
+  folder.write("m.tet", tet_text(mesh));
+  std::string zero, dip;
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) zero += "0 0 0\n";
+  for (const Vec3& p : mesh.vertices) dip += std::to_string((p - Vec3(4, 4, 4)).norm()) + "\n";
+  folder.write("zero.txt", zero);
+  folder.write("dip.txt", dip);
+  folder.write("a.json", R"({"field": {"source": "vector_file", "path": "zero.txt"}})");
+  folder.write("b.json", R"({"field": {"source": "scalar_file", "path": "dip.txt"}, "layers": {"count": 10}})");
+  expect_refused(folder, "slice m.tet a.json", 3, "input", "zero.txt: every vector is zero");
+  expect_refused(folder, "slice m.tet b.json", 3, "input", "dip.txt, vertex 62: the field has a minimum inside the part, at (4.000, 4.000");
+}
+
+// Each file of an output in turn is a folder.
+TEST(BadInput, CheckOfAnOutputThatWasTamperedWith) {
+  const Folder folder;
+  folder.write("m.tet", tet_text(cube()));
+  folder.write("c.json", R"({"support": {"method": "none"}})");
+  ASSERT_LE(folder.curvesup("slice m.tet c.json -o out").exit_code, 1);
+  for (const std::string file : {"manifest.json", "toolpaths.vtp", "duet/print.g", "robot/part_0001.script"}) {
+    const auto path = folder.path() / "out" / file;
+    const std::string bytes = program::read_all(path);
+    std::filesystem::remove(path);
+    std::filesystem::create_directory(path);
+    expect_refused(folder, "check out", 3, "input", "out/" + file + ": is a folder");
+    std::filesystem::remove(path);
+    folder.write("out/" + file, bytes);
+  }
+  EXPECT_EQ(folder.curvesup("check out").exit_code, 0);
+}
+
 TEST(BadInput, CheckOfAFolderThatSliceDidNotWrite) {
   const Folder folder;
   expect_refused(folder, "check nowhere", 2, "usage", "nowhere: is not there");
