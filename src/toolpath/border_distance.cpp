@@ -24,6 +24,7 @@ constexpr double kSnap = 0.04;            // of an edge: fronts that meet so nea
 constexpr double kShortest = 0.02;        // mm, of edges that are cut where fronts meet
 constexpr int kMostSearches = 10;         // for that place
 constexpr int kMostCuts = 4;              // of an edge, one after the other
+constexpr int kRounds = 2;                // of cuts
 constexpr int kMostSteps = 1000;
 
 Vec3 middle_normal(const Vec3& a, const Vec3& b) {
@@ -54,19 +55,36 @@ bool reaches_border(const Front& border, const Front& inner, const Vec3& whole, 
   return std::abs(bulge) < kStraight * options.tolerance_mm;
 }
 
+// Adds the vertex on an edge that is so far along it, with what lies between the ends.
+Index add_between(PieceMesh& mesh, Index a, Index b, double part) {
+  const auto between = [part](const auto& from, const auto& to) { return ((1.0 - part) * from + part * to).eval(); };
+  mesh.vertices.push_back(between(mesh.vertices[a], mesh.vertices[b]));
+  mesh.normals.push_back(between(mesh.normals[a], mesh.normals[b]).normalized());
+  mesh.tip_offset.push_back((1.0 - part) * mesh.tip_offset[a] + part * mesh.tip_offset[b]);
+  return static_cast<Index>(mesh.vertices.size()) - 1;
+}
+
+void halve_long_edges(PieceMesh& mesh, EdgeTable& edges, double longest) {
+  refine_mesh(mesh, edges, true, std::numeric_limits<int>::max(), [&](Index a, Index b) {
+    return (mesh.vertices[a] - mesh.vertices[b]).squaredNorm() > longest * longest ? add_between(mesh, a, b, 0.5) : kNone;
+  });
+}
+
 }  // namespace
 
 BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) : mesh_(std::move(mesh)) {
-  collect_border();
   edges_ = make_edges(mesh_);
+  halve_long_edges(mesh_, edges_, options.max_edge_mm);
+  collect_border();
   std::vector<Index> changed;
   for (Index v = 0; v < static_cast<Index>(fronts_.size()); ++v) {
     if (fronts_[v].distance == 0.0) changed.push_back(v);
   }
   hand_on(std::move(changed));
-  const std::size_t before = fronts_.size();
-  // Until each edge tells the distance along it.
-  if (refine_mesh(mesh_, edges_, kMostCuts, [&](Index a, Index b) { return cut_edge(a, b, options); })) {
+  // Until each edge tells the distance along it. What is nearer than both ends of an edge is known only afterwards: once more.
+  for (int round = 0; round < kRounds; ++round) {
+    const std::size_t before = fronts_.size();
+    if (!refine_mesh(mesh_, edges_, false, kMostCuts, [&](Index a, Index b) { return cut_edge(a, b, options); })) break;
     std::vector<Index> added(fronts_.size() - before);
     std::iota(added.begin(), added.end(), static_cast<Index>(before));
     hand_on(std::move(added));
@@ -206,7 +224,8 @@ void BorderDistance::take(Index vertex, const Front& front) {
   own = front;
 }
 
-// Lets each vertex of the list offer its border edge to its neighbours, and those that gain by it in turn.
+// Lets each vertex of the list take the nearest border edge that its neighbours know and offer its own to them, and those that
+// gain by it in turn.
 void BorderDistance::hand_on(std::vector<Index> changed) {
   const Index n = static_cast<Index>(mesh_.vertices.size());
   std::vector<Index> first(n + 1, 0);
@@ -230,7 +249,10 @@ void BorderDistance::hand_on(std::vector<Index> changed) {
     return true;
   };
   std::vector<char> waits(n, 0);
-  for (const Index v : changed) waits[v] = 1;
+  for (const Index v : changed) {
+    waits[v] = 1;
+    for (Index k = first[v]; k < first[v + 1]; ++k) gains(v, fronts_[around[k]], mesh_.vertices[around[k]]);
+  }
   std::vector<Index> next;
   while (!changed.empty()) {
     next.clear();
@@ -248,19 +270,16 @@ void BorderDistance::hand_on(std::vector<Index> changed) {
 }
 
 Index BorderDistance::add_vertex(Index a, Index b, double part, const Front& front) {
-  const auto between = [part](const auto& from, const auto& to) { return ((1.0 - part) * from + part * to).eval(); };
-  mesh_.vertices.push_back(between(mesh_.vertices[a], mesh_.vertices[b]));
-  mesh_.normals.push_back(between(mesh_.normals[a], mesh_.normals[b]).normalized());
-  mesh_.tip_offset.push_back((1.0 - part) * mesh_.tip_offset[a] + part * mesh_.tip_offset[b]);
   fronts_.push_back(front);
   meeting_of_.push_back(kNone);
-  return static_cast<Index>(mesh_.vertices.size()) - 1;
+  return add_between(mesh_, a, b, part);
 }
 
-// Of three fronts that come to a vertex, those two stay that come most from opposite sides.
+// Of three fronts that come to a vertex from equally far, those two stay that come most from opposite sides.
 void BorderDistance::add_meeting(Index vertex, const Front& other) {
   Front& own = fronts_[vertex];
   if (own.distance == 0.0) return;
+  if (other.distance < own.distance - kLargestShift) return take(vertex, seen_along(other, mesh_.vertices[vertex], mesh_.normals[vertex]));
   Index& meeting = meeting_of_[vertex];
   if (meeting == kNone) {
     meeting = static_cast<Index>(meetings_.size());

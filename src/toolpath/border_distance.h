@@ -32,6 +32,7 @@ struct Meeting {
 struct DistanceOptions {
   double tolerance_mm = 0.02;  // an edge is halved while its middle is farther than this off the linear value ...
   double min_edge_mm = 0.36;   // ... and it is longer than this
+  double max_edge_mm = 1.6;    // longer ones are halved before: their ends would not see what lies between them
 };
 
 // Distance to the border of a piece in mm along its surface, at vertices so dense that linear interpolation holds. Edges on

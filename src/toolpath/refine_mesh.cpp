@@ -9,13 +9,13 @@ namespace {
 
 class MeshRefiner {
  public:
-  MeshRefiner(PieceMesh& mesh, EdgeTable& edges, int most_cuts, const std::function<Index(Index, Index)>& cut)
-      : mesh_(mesh), table_(edges), most_cuts_(most_cuts), cut_(cut) {}
+  MeshRefiner(PieceMesh& mesh, EdgeTable& edges, bool border, int most_cuts, const std::function<Index(Index, Index)>& cut)
+      : mesh_(mesh), table_(edges), border_(border), most_cuts_(most_cuts), cut_(cut) {}
 
   bool run() {
     edges_.reserve(3 * table_.edges.size());
     for (const Edge& e : table_.edges) {
-      edges_.push_back({.from = e.from, .to = e.to, .middle = e.right == kNone ? kNone : kUnknown});
+      edges_.push_back({.from = e.from, .to = e.to, .middle = e.right == kNone && !border_ ? kNone : kUnknown});
     }
     for (auto* values : {&thickness_, &rise_}) values->reserve(2 * mesh_.triangles.size());
     for (auto* rows : {&triangles_, &edges_of_}) rows->reserve(2 * mesh_.triangles.size());
@@ -160,6 +160,7 @@ class MeshRefiner {
 
   PieceMesh& mesh_;
   EdgeTable& table_;
+  bool border_;
   int most_cuts_;
   const std::function<Index(Index, Index)>& cut_;
   std::vector<Halved> edges_;
@@ -171,8 +172,8 @@ class MeshRefiner {
 
 }  // namespace
 
-bool refine_mesh(PieceMesh& mesh, EdgeTable& edges, int most_cuts, const std::function<Index(Index, Index)>& cut) {
-  return MeshRefiner(mesh, edges, most_cuts, cut).run();
+bool refine_mesh(PieceMesh& mesh, EdgeTable& edges, bool border, int most_cuts, const std::function<Index(Index, Index)>& cut) {
+  return MeshRefiner(mesh, edges, border, most_cuts, cut).run();
 }
 
 }  // namespace curvesup::toolpath

@@ -37,6 +37,31 @@ TEST(BorderDistance, IsExactOnAPlane) {
   EXPECT_LT(largest_error(only_piece(sheets::strip(20, 9, 17, 7)), truth), 1e-6);
 }
 
+// At an end of a strip three sides come equally near; cuts that know two of them must hear of the third.
+TEST(BorderDistance, ThirdSidesAreHeardOf) {
+  for (const double width : {1.1, 1.7, 2.6, 4.4}) {
+    const auto truth = [&](const Vec3& p) { return std::min(std::min(p.x(), 6.4 - p.x()), std::min(p.y(), width - p.y())); };
+    EXPECT_LT(largest_error(only_piece(sheets::strip(6.4, width, 8, 8)), truth), 1e-6) << width;
+  }
+}
+
+// Two triangles, all of whose corners lie on the border.
+TEST(BorderDistance, LooksBetweenTheCornersOfLargeTriangles) {
+  for (const double width : {5.0, 6.0, 13.0, 20.0}) {
+    const BorderDistance distance = only_piece(sheets::plate(20.0, width));
+    const auto truth = [&](const Vec3& p) { return std::min(std::min(p.x(), 20.0 - p.x()), std::min(p.y(), width - p.y())); };
+    EXPECT_LT(largest_error(distance, truth), 1e-6);
+    // In between it is linear.
+    double worst = 0.0;
+    for (const auto& [a, b, c] : distance.mesh().triangles) {
+      const auto& v = distance.mesh().vertices;
+      const double linear = (distance.distance(a) + distance.distance(b) + distance.distance(c)) / 3.0;
+      worst = std::max(worst, std::abs(linear - truth((v[a] + v[b] + v[c]) / 3.0)));
+    }
+    EXPECT_LT(worst, kLimit) << width;
+  }
+}
+
 TEST(BorderDistance, KnowsHoles) {
   // A square hole: the border's inner corners are reflex, so distances to it are round there.
   const auto inside = [](double u, double v) { return std::abs(u - 0.5) > 0.2 || std::abs(v - 0.5) > 0.2; };

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <vector>
 
 #include "curvesup/layers/layer_stack.h"
 
@@ -14,12 +16,46 @@ struct NamedSheet {
   std::vector<Vec3> gradient;
 };
 
+// The triangles of a sheet that has its vertices: one layer, the gradient along each triangle's normal.
+inline void finish(NamedSheet& sheet, double thickness) {
+  sheet.stack.count = 10;
+  for (const auto& [a, b, c] : sheet.stack.triangles) {
+    const auto& v = sheet.stack.vertices;
+    const Vec3 normal = (v[b] - v[a]).cross(v[c] - v[a]);
+    const double length = normal.norm();
+    sheet.gradient.push_back((length > 0.0 ? Vec3(normal / length) : Vec3::UnitZ()) / (sheet.stack.count * thickness));
+  }
+  sheet.stack.triangle_tet.resize(sheet.stack.triangles.size());
+  for (std::size_t t = 0; t < sheet.stack.triangles.size(); ++t) sheet.stack.triangle_tet[t] = static_cast<Index>(t);
+  sheet.stack.sheets.push_back({.triangle_count = static_cast<Index>(sheet.stack.triangles.size())});
+}
+
+// As few triangles as plain parts have: between places in the plane z = 10, turned about the z axis.
+inline NamedSheet coarse(const std::vector<Vec3>& places, const std::vector<std::array<Index, 3>>& triangles, double turn = 0.0) {
+  NamedSheet sheet;
+  const double c = std::cos(turn), s = std::sin(turn);
+  for (const Vec3& p : places) sheet.stack.vertices.push_back({p.x() * c - p.y() * s, p.x() * s + p.y() * c, 10.0});
+  sheet.stack.triangles = triangles;
+  finish(sheet, 0.8);
+  return sheet;
+}
+
+// A rectangle of two triangles, its corner at the origin.
+inline NamedSheet plate(double length, double width, double turn = 0.0) {
+  return coarse({{0, 0, 0}, {length, 0, 0}, {length, width, 0}, {0, width, 0}}, {{0, 1, 2}, {0, 2, 3}}, turn);
+}
+
+// Two arms of one width at a right angle, in four triangles.
+inline NamedSheet angle_plate(double arm, double width, double turn = 0.0) {
+  return coarse({{0, 0, 0}, {arm, 0, 0}, {arm, width, 0}, {width, width, 0}, {width, arm, 0}, {0, arm, 0}},
+                {{0, 1, 3}, {1, 2, 3}, {0, 3, 5}, {3, 4, 5}}, turn);
+}
+
 // A grid of cells over [0, 1]^2 mapped to space by `place`; cells whose middle fails `keep` are left out. The layer is
 // `thickness` thick; the gradient is along the triangle's normal.
 inline NamedSheet mapped_grid(int nu, int nv, const std::function<Vec3(double, double)>& place, double thickness = 0.8,
                               bool wrap_u = false, const std::function<bool(double, double)>& keep = {}) {
   NamedSheet sheet;
-  sheet.stack.count = 10;
   std::vector<Index> id((nu + 1) * (nv + 1), kNone);
   const auto vertex = [&](int i, int j) {
     if (wrap_u) i %= nu;
@@ -43,15 +79,7 @@ inline NamedSheet mapped_grid(int nu, int nv, const std::function<Vec3(double, d
       }
     }
   }
-  for (const auto& [a, b, c] : sheet.stack.triangles) {
-    const auto& v = sheet.stack.vertices;
-    const Vec3 normal = (v[b] - v[a]).cross(v[c] - v[a]);
-    const double length = normal.norm();
-    sheet.gradient.push_back((length > 0.0 ? Vec3(normal / length) : Vec3::UnitZ()) / (sheet.stack.count * thickness));
-  }
-  sheet.stack.triangle_tet.resize(sheet.stack.triangles.size());
-  for (std::size_t t = 0; t < sheet.stack.triangles.size(); ++t) sheet.stack.triangle_tet[t] = static_cast<Index>(t);
-  sheet.stack.sheets.push_back({.triangle_count = static_cast<Index>(sheet.stack.triangles.size())});
+  finish(sheet, thickness);
   return sheet;
 }
 
