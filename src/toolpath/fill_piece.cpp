@@ -26,6 +26,7 @@ constexpr double kDepthSlack = 0.02;   // mm
 constexpr double kWidestRing = 1.15;   // widths
 constexpr double kEnoughRoom = 0.97;   // of a piece, that its beads must be able to fill
 constexpr double kStepReach = 0.75;    // widths: beads that near to a step share the area with it
+constexpr double kLongestEdge = 2.0;   // widths
 constexpr int kPowerRounds = 40;
 constexpr double kDotGap = 0.25;       // widths of a dot, from its ends to the border ...
 constexpr double kLeastDotGap = 0.02;  // ... lengths, where it would have to be wider than it may be
@@ -90,7 +91,9 @@ void join_tracks(const PieceMesh& mesh, bool join, double reach, std::vector<Tra
 // A small piece is all corners and ends: its distances must be true between them.
 BorderDistance border_distance(PieceMesh mesh, double width) {
   const bool small = is_small(mesh, width);
-  return {std::move(mesh), {.tolerance_mm = (small ? 0.03 : 0.08) * width, .min_edge_mm = (small ? 0.3 : 0.75) * width}};
+  return {std::move(mesh), {.tolerance_mm = (small ? 0.03 : 0.08) * width,
+                            .min_edge_mm = (small ? 0.3 : 0.75) * width,
+                            .max_edge_mm = kLongestEdge * width}};
 }
 
 class PieceFiller {
@@ -129,7 +132,7 @@ class PieceFiller {
     return false;
   }
   // Up to here a medial line inside the rings has a centre line; where it is deeper, lines run.
-  [[nodiscard]] double narrow_depth() const { return rings_depth() + 0.5 * beads_.max; }
+  [[nodiscard]] double narrow_depth() const { return rings_depth() + 0.5 * beads_.widest_strip(fill_.perimeters); }
 
   std::vector<Track> trace_contours(const Ridge& ridge) const {
     std::vector<Track> tracks = trace_rings(distance_, ridge, beads_.width, zigzag_ ? fill_.perimeters : std::numeric_limits<int>::max() / 2);

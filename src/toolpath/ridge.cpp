@@ -10,7 +10,7 @@
 namespace curvesup::toolpath {
 namespace {
 
-constexpr double kSlack = 1e-6;          // mm
+constexpr double kSlack = 0.01;          // mm: a strip as wide as the widest or the narrowest bead is one line all along, whatever the distances' noise
 constexpr double kMeetingCosine = -0.5;  // fronts that meet under more than 120 degrees
 constexpr double kHandedDown = 3.0;      // widths
 constexpr double kGap = 0.25;            // widths of the strip, from the end of a line to the border ...
@@ -60,7 +60,8 @@ double Ridge::strip_width(double distance) const { return 2.0 * (distance - std:
 
 bool Ridge::fits(double distance) const {
   const double left = strip_width(distance);
-  return left <= beads_.max + kSlack && (distance / beads_.width < 1.0 || left >= beads_.min);
+  const int rings = static_cast<int>(distance / beads_.width);
+  return left <= beads_.widest_strip(rings) + kSlack && (rings == 0 || left >= beads_.min - kSlack);
 }
 
 void Ridge::find_nodes() {
@@ -155,7 +156,7 @@ void Ridge::cut_to_strips() {
     parts.assign({0.0, 1.0});
     const double low = std::min(from, to), high = std::max(from, to);
     for (int n = static_cast<int>(low / beads_.width); n * beads_.width <= high; ++n) {
-      for (const double limit : {n == 0 ? 0.0 : beads_.min, beads_.max}) {
+      for (const double limit : {n == 0 ? 0.0 : beads_.min, beads_.widest_strip(n)}) {
         const double at = n * beads_.width + 0.5 * limit;
         if (at > low && at < high) parts.push_back((at - from) / (to - from));
       }
@@ -309,8 +310,13 @@ double Ridge::rise(Index vertex) const {
   return node == kNone ? std::numeric_limits<double>::infinity() : nodes_[node].distance - distance_.distance(vertex);
 }
 
-bool Ridge::replaces_ring(int level, Index from, Index to, const Vec3& position) const {
-  const double w = beads_.width, here = (level + 0.5) * w;
+double Ridge::ring_distance(int level, Index vertex) const {
+  const double w = beads_.width, usual = (level + 0.5) * w, left = distance_.distance(vertex) + rise(vertex) - level * w;
+  return left < w && 2.0 * left > beads_.widest_strip(level) + kSlack ? level * w + 0.5 * left : usual;
+}
+
+bool Ridge::replaces_ring(int level, Index from, Index to, const Vec3& position, double here) const {
+  const double w = beads_.width;
   if (nodes_.empty()) return false;
   Index best = kNone;
   for (const Index vertex : {from, to}) {

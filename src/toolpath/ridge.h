@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -9,14 +10,18 @@ namespace curvesup::toolpath {
 
 struct BeadWidths {
   double width = 0.8, min = 0.2, max = 1.2;
+
+  // The widest strip that one centre line fills, between so many rings on either side. In a wider one two beads of half its
+  // width lie. Between rings, which run half a width beside the strip, no place is farther than 0.55 widths from a path then.
+  [[nodiscard]] double widest_strip(int rings) const { return rings == 0 ? max : std::min(max, std::max(1.2 * width, 2.0 * min)); }
 };
 
 // Where fronts from two sides of the piece meet under more than a right angle and a third: the medial line, apart from
 // its branches into corners, which rings fill by themselves.
 //
 // With D the distance to the border on it, n = floor(D / w) rings lie on either side and a strip of width
-// R = 2 (D - n w) is left. Where R is between `min` and `max`, one centre line fills it; below, the rings beside it are
-// wider; above, ring n runs there on both sides. Their widths follow from the area they fill (share_area.h).
+// R = 2 (D - n w) is left. Where R is between `min` and `widest_strip(n)`, one centre line fills it; below, the rings beside
+// it are wider; above, ring n runs in the middle of either half. Their widths follow from the area they fill (share_area.h).
 class Ridge {
  public:
   Ridge(const BorderDistance& distance, const BeadWidths& beads);
@@ -25,8 +30,11 @@ class Ridge {
   // what lies around its end.
   [[nodiscard]] std::vector<Track> centre_lines() const;
 
-  // Whether a centre line takes the place of a ring at `level` at a point between two vertices.
-  [[nodiscard]] bool replaces_ring(int level, Index from, Index to, const Vec3& position) const;
+  // How far from the border the ring of a level runs beside a vertex.
+  [[nodiscard]] double ring_distance(int level, Index vertex) const;
+
+  // Whether a centre line takes the place of a ring at `level` at a point between two vertices, so far from the border.
+  [[nodiscard]] bool replaces_ring(int level, Index from, Index to, const Vec3& position, double distance) const;
 
   // How far below the medial line a vertex lies; infinite where that is more than three widths or unknown.
   [[nodiscard]] double rise(Index vertex) const;

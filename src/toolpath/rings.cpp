@@ -11,41 +11,43 @@ struct Ring {
   std::vector<char> keep;  // by point: 0 where a centre line takes the ring's place
 };
 
-// How many rings run nearer to the border than each vertex or through it: those i with (i + 1/2) w <= distance.
-std::vector<int> rings_below(const BorderDistance& distance, double width, int max_rings) {
+// How many rings run nearer to the border than each vertex or through it.
+std::vector<int> rings_below(const BorderDistance& distance, const Ridge& ridge, double width, int max_rings) {
   std::vector<int> count(distance.mesh().vertices.size());
   for (std::size_t v = 0; v < count.size(); ++v) {
-    const double here = distance.distance(static_cast<Index>(v));
+    const auto vertex = static_cast<Index>(v);
+    const double here = distance.distance(vertex);
     int rings = static_cast<int>(here / width + 0.5);
-    while (rings > 0 && (rings - 0.5) * width > here) --rings;
-    while ((rings + 0.5) * width <= here) ++rings;
+    while (rings > 0 && ridge.ring_distance(rings - 1, vertex) > here) --rings;
+    while (ridge.ring_distance(rings, vertex) <= here) ++rings;
     count[v] = std::min(rings, max_rings);
   }
   return count;
 }
 
-// Where the distance reaches `value` on the edge from a to b, as a part of its length: by the cubic through the values and
-// slopes at its ends, or by the line where those do not belong to one front.
-double crossing(const BorderDistance& distance, Index a, Index b, double value) {
+// Where the distance reaches a value, which runs from one at `a` to one at `b`, on the edge between them, as a part of its length:
+// by the cubic through the values and slopes at its ends, or by the line where those do not belong to one front.
+double crossing(const BorderDistance& distance, Index a, Index b, double value_a, double value_b) {
   constexpr int kNewtonSteps = 2;
   constexpr double kOneFront = 0.35;  // by which slopes may be off the mean slope
-  const double from = distance.distance(a), rise = distance.distance(b) - from;
-  const double linear = (value - from) / rise;
+  const double to_a = distance.distance(a), to_b = distance.distance(b), drift = value_b - value_a;
+  const double from = to_a - value_a, rise = to_b - to_a - drift;
+  const double linear = -from / rise;
   const Vec3 edge = distance.mesh().vertices[b] - distance.mesh().vertices[a];
   const double length = edge.norm();
   if (length < 1e-6) return linear;
   const auto [at_a, at_b] = distance.alike(a, b);
-  double slope_a = -at_a->way.dot(edge) / std::max(from, 1e-9);
-  double slope_b = -at_b->way.dot(edge) / std::max(from + rise, 1e-9);
-  if (from < 1e-6) slope_a = 2.0 * rise - slope_b;  // on the border: the parabola through the rest
-  if (from + rise < 1e-6) slope_b = 2.0 * rise - slope_a;
+  double slope_a = -at_a->way.dot(edge) / std::max(to_a, 1e-9) - drift;
+  double slope_b = -at_b->way.dot(edge) / std::max(to_b, 1e-9) - drift;
+  if (to_a < 1e-6) slope_a = 2.0 * rise - slope_b;  // on the border: the parabola through the rest
+  if (to_b < 1e-6) slope_b = 2.0 * rise - slope_a;
   if (std::abs(slope_a - rise) + std::abs(slope_b - rise) > 2.0 * kOneFront * length) return linear;
   const double p = 3.0 * rise - 2.0 * slope_a - slope_b, q = slope_a + slope_b - 2.0 * rise;
   double x = linear;
   for (int i = 0; i < kNewtonSteps; ++i) {
     const double bend = slope_a + x * (2.0 * p + 3.0 * q * x);
     if (bend * rise < 0.1 * rise * rise) return linear;
-    x -= (from + x * (slope_a + x * (p + x * q)) - value) / bend;
+    x -= (from + x * (slope_a + x * (p + x * q))) / bend;
   }
   return x > 0.0 && x < 1.0 ? x : linear;
 }
@@ -113,7 +115,7 @@ std::vector<Ring> trace_levels(const BorderDistance& distance, const Ridge& ridg
   const PieceMesh& mesh = distance.mesh();
   const std::size_t n = mesh.triangles.size();
   // One slot for each pair of a triangle and a level that crosses it.
-  const std::vector<int> below = rings_below(distance, width, max_rings);
+  const std::vector<int> below = rings_below(distance, ridge, width, max_rings);
   std::vector<Index> slot(n + 1, 0);
   const auto lowest = [&](Index t) {
     const auto& [a, b, c] = mesh.triangles[t];
@@ -137,13 +139,14 @@ std::vector<Ring> trace_levels(const BorderDistance& distance, const Ridge& ridg
       while (below[corner[exit]] > level || below[corner[next3(exit)]] <= level) ++exit;
       // Seen from both triangles alike: always from the lower vertex id.
       const auto [a, b] = std::minmax(corner[exit], corner[next3(exit)]);
-      const double part = crossing(distance, a, b, (level + 0.5) * width);
+      const double at_a = ridge.ring_distance(level, a), at_b = ridge.ring_distance(level, b);
+      const double part = crossing(distance, a, b, at_a, at_b);
       TrackPoint point;
       point.position = mesh.vertices[a] + part * (mesh.vertices[b] - mesh.vertices[a]);
       point.normal = (mesh.normals[a] + part * (mesh.normals[b] - mesh.normals[a])).normalized();
       point.triangle = t;
       ring.track.points.push_back(point);
-      ring.keep.push_back(!ridge.replaces_ring(level, a, b, point.position));
+      ring.keep.push_back(!ridge.replaces_ring(level, a, b, point.position, at_a + part * (at_b - at_a)));
       t = mesh.neighbours[t][exit];
     }
     ring.track.closed = false;
