@@ -74,10 +74,28 @@ bool straight(const std::vector<TrackPoint>& points, std::size_t from, std::size
   return true;
 }
 
+// The mean over a triangle of what is positive of a function that is linear between its values at the corners, ascending.
+double mean_of_positive(const std::array<double, 3>& f) {
+  if (f[2] <= 0.0) return 0.0;
+  if (f[0] >= 0.0) return (f[0] + f[1] + f[2]) / 3.0;
+  if (f[1] <= 0.0) return f[2] * f[2] * f[2] / (3.0 * (f[2] - f[0]) * (f[2] - f[1]));
+  return (f[0] + f[1] + f[2] - f[0] * f[0] * f[0] / ((f[1] - f[0]) * (f[2] - f[0]))) / 3.0;
+}
+
 }  // namespace
 
 double clipped_height(double thickness, double z, double rise) {
   return std::min(thickness, std::max(0.0, z + 0.5 * thickness * rise));
+}
+
+double mean_clipped_height(double thickness, std::array<double, 3> z, double rise) {
+  std::sort(z.begin(), z.end());
+  std::array<double, 3> height, excess;
+  for (int i = 0; i < 3; ++i) {
+    height[i] = z[i] + 0.5 * thickness * rise;
+    excess[i] = height[i] - thickness;
+  }
+  return mean_of_positive(height) - mean_of_positive(excess);
 }
 
 void thin_track(const PieceMesh& mesh, const std::vector<char>& irregular, Track& track) {

@@ -36,6 +36,8 @@ class CellSlots {
  public:
   CellSlots(double cell, std::size_t slots) : cell_(cell), mask_(slots - 1) {}  // slots: a power of two
 
+  [[nodiscard]] std::size_t size() const { return mask_ + 1; }
+
   // Of every cell that the box touches; a slot may come twice.
   template <class Visit>
   void for_box(const Vec3& low, const Vec3& high, const Visit& visit) const {

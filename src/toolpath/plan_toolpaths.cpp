@@ -64,10 +64,9 @@ double sheet_volume(const LayerStack& stack, const Sheet& sheet, std::span<const
     const auto& [a, b, c] = stack.triangles[t];
     const double slope = gradient[t].norm();
     if (slope <= 0.0) continue;
-    const Vec3 centre = (stack.vertices[a] + stack.vertices[b] + stack.vertices[c]) / 3.0;
+    const Vec3 &at_a = stack.vertices[a], &at_b = stack.vertices[b], &at_c = stack.vertices[c];
     const double thickness = 1.0 / (stack.count * sheet.passes * slope);
-    sum += triangle_area(stack.vertices[a], stack.vertices[b], stack.vertices[c]) *
-           clipped_height(thickness, centre.z(), gradient[t].z() / slope);
+    sum += triangle_area(at_a, at_b, at_c) * mean_clipped_height(thickness, {at_a.z(), at_b.z(), at_c.z()}, gradient[t].z() / slope);
   }
   return sum;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -14,7 +15,6 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kSmall = 0.75;          // widths: edges of triangles whose corners always tell who shares them ...
-constexpr double kSliver = 0.125;        // ... squared widths: areas too small to matter ...
 constexpr double kLarge = 1.0;           // ... widths: edges of those whose corners may tell it
 constexpr double kStraight = 0.9;        // cosine between segments that run alike
 constexpr double kBeside = 1.1;          // widths between two tracks with none between them
@@ -22,9 +22,13 @@ constexpr double kFar = 1e6;             // squared mm
 constexpr double kIrregularRise = 1.3;   // widths below the medial line
 constexpr double kStretch = 1.5;         // widths
 constexpr double kShortest = 0.75;       // widths
+constexpr double kNear = 0.75;           // widths, from a shared segment to a vertex of each triangle in which something belongs to it
+constexpr std::size_t kCellsPerSegment = 16;
+constexpr double kAllIrregular = 36.0;   // squared widths: where regular tracks and shared ones meet, some area is left over or taken twice
 constexpr double kReach = 0.6;           // widths: most places are not farther from the track that they belong to ...
 constexpr double kFarthest = 2.4;        // ... and none is farther
 constexpr Index kAdjoining = 4;          // segments along a track
+constexpr double kTurnedBack = -0.3;     // cosine between segments
 
 struct Stretch {
   double length = 0.0;
@@ -33,16 +37,40 @@ struct Stretch {
   bool goes_on = false;  // from the stretch before
 };
 
-// The part of a triangle's area where the function that is linear between the values at its corners is positive.
-double positive_part(const std::array<double, 3>& value) {
-  const int above = (value[0] > 0.0) + (value[1] > 0.0) + (value[2] > 0.0);
-  if (above == 0 || above == 3) return above / 3;
-  int lone = 0;  // the corner on the other side than the two others
-  while ((value[lone] > 0.0) != (above == 1)) ++lone;
-  const double here = value[lone];
-  const double part = here / (here - value[next3(lone)]) * (here / (here - value[prev3(lone)]));
-  return above == 1 ? part : 1.0 - part;
-}
+// A function that is linear over a triangle, by its values at the corners.
+using Linear = std::array<double, 3>;
+
+// A convex part of a triangle, whose corners are (0, 0), (1, 0) and (0, 1) here.
+struct Region {
+  struct Spot {
+    double x, y;
+  };
+  std::array<Spot, 6> spots{{{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}}};
+  int count = 3;
+
+  // As a part of the triangle's.
+  [[nodiscard]] double area() const {
+    double sum = 0.0;
+    for (int i = 0, last = count - 1; i < count; last = i++) sum += spots[last].x * spots[i].y - spots[last].y * spots[i].x;
+    return sum;
+  }
+  // What lies where a function is positive.
+  [[nodiscard]] Region where(const Linear& value) const {
+    Region kept;
+    kept.count = 0;
+    const auto at = [&](const Spot& s) { return value[0] + s.x * (value[1] - value[0]) + s.y * (value[2] - value[0]); };
+    for (int i = 0, last = count - 1; i < count; last = i++) {
+      const double before = at(spots[last]), here = at(spots[i]);
+      if ((before > 0.0) != (here > 0.0)) {
+        const double part = before / (before - here);
+        const Spot &from = spots[last], &to = spots[i];
+        kept.spots[kept.count++] = {from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)};
+      }
+      if (here > 0.0) kept.spots[kept.count++] = spots[i];
+    }
+    return kept;
+  }
+};
 
 // The parts of a triangle where each of three functions, linear between their values at the corners, is the least: counted on
 // the 16 like triangles that it is made of.
@@ -106,6 +134,7 @@ class AreaShares {
           stretches_.back().length += along.norm();
           stretches_.back().face += along.norm() * to.height;
         }
+        start_.push_back(segments_.empty() ? 0.0 : start_.back() + segments_.back().length);
         segments_.emplace_back(from.position, along, (from.normal + to.normal).normalized());
         stretch_.push_back(irregular ? static_cast<Index>(stretches_.size()) - 1 : kNone);
         track_.push_back(id);
@@ -142,9 +171,16 @@ class AreaShares {
     Index triangle;  // of the mesh
   };
 
+  // A place on a track.
+  struct OnTrack {
+    Index segment = kNone;
+    double along = 0.0;    // the way to there, from the start of the first track over all of them
+    double squared = 0.0;  // distance of what it is nearest to
+  };
+
   void hand_out() {
     grid_.emplace(segments_, kReach * beads_.width);
-    const std::vector<char> near = near_irregular();
+    const std::vector<char> near = near_shared();
     std::vector<Index> corner_at(mesh_.vertices.size(), kNone);
     Index guess = kNone;
     for (Index t = 0; t < static_cast<Index>(mesh_.triangles.size()); ++t) {
@@ -158,20 +194,19 @@ class AreaShares {
     }
   }
 
-  // The vertices of irregular triangles, and those that are no farther from them, along an edge, than a bead reaches.
-  [[nodiscard]] std::vector<char> near_irregular() const {
-    std::vector<char> at(mesh_.vertices.size(), 0);
-    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-      if (!irregular_[t]) continue;
-      for (const Index v : mesh_.triangles[t]) at[v] = 1;
+  // The vertices so near to shared segments that something in the triangles around may belong to those, and some others.
+  [[nodiscard]] std::vector<char> near_shared() const {
+    const CellSlots cells(beads_.width, kCellsPerSegment * std::bit_ceil(segments_.size()));
+    std::vector<char> marked(cells.size(), 0), near(mesh_.vertices.size(), 0);
+    const Vec3 margin = Vec3::Constant(kNear * beads_.width);
+    for (Index s = 0; s < static_cast<Index>(segments_.size()); ++s) {
+      if (!shared(s)) continue;
+      const Vec3 &from = segments_[s].from, to = from + segments_[s].along;
+      cells.for_box(from.cwiseMin(to) - margin, from.cwiseMax(to) + margin, [&](std::size_t slot) { marked[slot] = 1; });
     }
-    std::vector<char> near = at;
-    const double reach = kReach * beads_.width;
-    for (const auto& t : mesh_.triangles) {
-      for (int i = 0; i < 3; ++i) {
-        const Index a = t[i], b = t[next3(i)];
-        if (at[a] != at[b] && (mesh_.vertices[a] - mesh_.vertices[b]).squaredNorm() <= reach * reach) near[a] = near[b] = 1;
-      }
+    for (std::size_t v = 0; v < near.size(); ++v) {
+      const Vec3& place = mesh_.vertices[v];
+      cells.for_box(place, place, [&](std::size_t slot) { near[v] = marked[slot]; });
     }
     return near;
   }
@@ -199,7 +234,7 @@ class AreaShares {
     const auto position = [&](int i) -> const Vec3& { return corners_[part.corners[i]].place.position; };
     const auto [longest, squared] = longest_edge(position(0), position(1), position(2));
     const double bead = beads_.width * beads_.width;
-    const bool small = squared <= kSmall * kSmall * bead || part.area <= kSliver * bead;
+    const bool small = squared <= kSmall * kSmall * bead;
     if (small || (squared <= kLarge * kLarge * bead && is_plain(part))) {
       share(part);
       return;
@@ -215,56 +250,81 @@ class AreaShares {
     return {corners_[part.corners[0]].owner.id, corners_[part.corners[1]].owner.id, corners_[part.corners[2]].owner.id};
   }
 
+  // To whom a part belongs is told by its corners: to one track, to two with the straight line between them, or to three.
   void share(const Part& part) {
     const std::array<Index, 3> owner = owners_of(part);
     if (!shared(owner[0]) && !shared(owner[1]) && !shared(owner[2])) return;
-    const std::array<double, 3> shares = shares_of(part);
     const double volume = part.area * height_of(part);
+    int lone = 0;  // the corner that may belong to another track than the two others
+    while (lone < 3 && !adjoin(owner[next3(lone)], owner[prev3(lone)])) ++lone;
+    if (lone == 3) return share_by_three(part, volume);
+    const Index one = owner[lone], other = owner[next3(lone)];
+    if (one == kNone || other == kNone) {
+      for (const Index segment : owner) add(segment, volume / 3.0);
+      return;
+    }
+    if (adjoin(one, other)) return spread(Region{}, nearest_on(part, other), volume);
+    // Between two straight tracks the difference of the squared distances from them is linear.
+    const std::array<OnTrack, 3> on_one = nearest_on(part, one), on_other = nearest_on(part, other);
+    Linear lead, lag;
+    for (int i = 0; i < 3; ++i) lead[i] = on_other[i].squared - on_one[i].squared, lag[i] = -lead[i];
+    const Region nearer_one = Region{}.where(lead), nearer_other = Region{}.where(lag);
+    spread(nearer_one, on_one, volume);
+    spread(nearer_other, on_other, volume);
+    // Around a corner where a track turns back, both are equally near.
+    const double undecided = 1.0 - nearer_one.area() - nearer_other.area();
+    for (const Index segment : {on_one[lone].segment, on_other[next3(lone)].segment}) add(segment, 0.5 * undecided * volume);
+  }
+
+  void share_by_three(const Part& part, double volume) {
+    const std::array<Index, 3> owner = owners_of(part);
+    std::array<Linear, 3> squares;
     for (int i = 0; i < 3; ++i) {
-      if (shared(owner[i])) stretches_[stretch_[owner[i]]].volume += shares[i] * volume;
+      squares[i].fill(kFar);
+      if (owner[i] == kNone) continue;
+      const std::array<OnTrack, 3> on = nearest_on(part, owner[i]);
+      for (int corner = 0; corner < 3; ++corner) squares[i][corner] = on[corner].squared;
+    }
+    const std::array<double, 3> shares = least_parts(squares);
+    for (int i = 0; i < 3; ++i) add(owner[i], shares[i] * volume);
+  }
+
+  void add(Index segment, double volume) {
+    if (shared(segment)) stretches_[stretch_[segment]].volume += volume;
+  }
+
+  // Gives what lies in a region, of a part with so much volume, to the stretches of the track that it lies beside.
+  void spread(const Region& region, const std::array<OnTrack, 3>& beside, double volume) {
+    const auto [first, last] = std::minmax({beside[0].segment, beside[1].segment, beside[2].segment});
+    double before = 0.0;
+    for (Index segment = first; segment <= last; ++segment) {
+      const Index stretch = stretch_[segment];
+      while (segment < last && stretch_[segment + 1] == stretch) ++segment;
+      double upto;
+      if (segment == last) {
+        upto = region.area();
+      } else {
+        Linear left;
+        for (int i = 0; i < 3; ++i) left[i] = start_[segment + 1] - beside[i].along;
+        upto = region.where(left).area();
+      }
+      if (stretch != kNone) stretches_[stretch].volume += (upto - before) * volume;
+      before = upto;
     }
   }
 
   [[nodiscard]] double height_of(const Part& part) const {
-    double z = 0.0;
-    for (const Index c : part.corners) z += corners_[c].place.position.z() / 3.0;
-    return clipped_height(mesh_.thickness[part.triangle], z, mesh_.rise[part.triangle]);
-  }
-
-  // To whom a part belongs is told by its corners: to one track, to two with the straight line between them, or to three.
-  // Its parts that belong to the owners of its corners.
-  [[nodiscard]] std::array<double, 3> shares_of(const Part& part) const {
-    constexpr double kThird = 1.0 / 3.0;
-    const std::array<Index, 3> owner = owners_of(part);
-    int lone = 0;  // the corner that may belong to another track than the two others
-    while (lone < 3 && !adjoin(owner[next3(lone)], owner[prev3(lone)])) ++lone;
-    // How far, squared, a corner lies from the track that it or another one belongs to. Between two straight tracks the
-    // difference of two such squares is linear.
-    const auto from = [&](int other, int corner) -> double {
-      const Corner& here = corners_[part.corners[corner]];
-      if (owner[other] == kNone) return kFar;
-      return other == corner ? here.owner.squared : squared_distance_from(here.place.position, owner[other]);
-    };
-    if (lone == 3) {
-      std::array<std::array<double, 3>, 3> squares;
-      for (int i = 0; i < 3; ++i) squares[i] = {from(i, 0), from(i, 1), from(i, 2)};
-      return least_parts(squares);
-    }
-    const int one = next3(lone), two = prev3(lone);
-    if (owner[lone] == kNone || owner[one] == kNone || adjoin(owner[lone], owner[one])) return {kThird, kThird, kThird};
-    const double own = positive_part({from(one, lone) - from(lone, lone), from(one, one) - from(lone, one), from(two, two) - from(lone, two)});
-    std::array<double, 3> shares;
-    shares.fill(0.5 * (1.0 - own));
-    shares[lone] = own;
-    return shares;
+    const auto z = [&](int i) { return corners_[part.corners[i]].place.position.z(); };
+    return mean_clipped_height(mesh_.thickness[part.triangle], {z(0), z(1), z(2)}, mesh_.rise[part.triangle]);
   }
 
   // Whether a segment is as wide as its share makes it.
   [[nodiscard]] bool shared(Index segment) const { return segment != kNone && stretch_[segment] != kNone; }
 
+  // Whether segments follow each other on a track that does not turn back in between.
   [[nodiscard]] bool adjoin(Index a, Index b) const {
     if (a == b) return true;
-    return a != kNone && b != kNone && std::abs(a - b) <= kAdjoining && track_[a] == track_[b];
+    return a != kNone && b != kNone && std::abs(a - b) <= kAdjoining && track_[a] == track_[b] && cosine(a, b) > kTurnedBack;
   }
 
   // Whether a part belongs to one straight track, or to two that run beside each other so closely that none passes between.
@@ -284,25 +344,37 @@ class AreaShares {
   [[nodiscard]] bool run_beside(Index a, Index b) const {
     if (std::abs(cosine(a, b)) < kStraight) return false;
     const double reach = kBeside * beads_.width;
-    return squared_distance_from(segments_[b].from + 0.5 * segments_[b].along, a) <= reach * reach;
+    return nearest_on(segments_[b].from + 0.5 * segments_[b].along, a).squared <= reach * reach;
   }
   [[nodiscard]] double cosine(Index a, Index b) const {
     const Segment &x = segments_[a], &y = segments_[b];
     return x.along.dot(y.along) / std::max(x.length * y.length, 1e-12);
   }
 
-  // The squared distance of a place from a track, found downhill from one of its segments.
-  [[nodiscard]] double squared_distance_from(const Vec3& place, Index segment) const {
-    const double part = segments_[segment].part(place);
-    double least = segments_[segment].squared_distance(place, part);
-    if (part > 0.0 && part < 1.0) return least;
+  // Where a track is nearest to a place, found downhill from one of its segments.
+  [[nodiscard]] OnTrack nearest_on(const Vec3& place, Index segment) const {
+    const auto at = [&](Index s) {
+      const double part = segments_[s].part(place);
+      return std::pair(part, OnTrack{s, start_[s] + part * segments_[s].length, segments_[s].squared_distance(place, part)});
+    };
+    auto [part, best] = at(segment);
+    if (part > 0.0 && part < 1.0) return best;
     const Index step = part > 0.0 ? 1 : -1;
     for (Index s = segment + step; s >= 0 && s < static_cast<Index>(segments_.size()) && adjoin(s, segment); s += step) {
-      const double squared = segments_[s].squared_distance(place);
-      if (squared > least) break;
-      least = squared;
+      const OnTrack here = at(s).second;
+      if (here.squared > best.squared) break;
+      best = here;
     }
-    return least;
+    return best;
+  }
+  // The same for the corners of a part.
+  [[nodiscard]] std::array<OnTrack, 3> nearest_on(const Part& part, Index segment) const {
+    std::array<OnTrack, 3> on;
+    for (int i = 0; i < 3; ++i) {
+      const Corner& corner = corners_[part.corners[i]];
+      on[i] = nearest_on(corner.place.position, adjoin(corner.owner.id, segment) ? corner.owner.id : segment);
+    }
+    return on;
   }
 
   [[nodiscard]] bool is_idle(Index stretch) const {
@@ -399,6 +471,7 @@ class AreaShares {
   const BeadWidths& beads_;
   std::vector<Track>& tracks_;
   std::vector<Segment> segments_;  // of all tracks, in their order
+  std::vector<double> start_;      // of each: the length of all before it
   std::vector<Index> stretch_, track_;  // of each segment; no stretch where the width is regular
   std::vector<Stretch> stretches_;
   std::vector<std::array<std::size_t, 2>> busy_;  // by track: its segments but for idle ends
@@ -411,7 +484,7 @@ class AreaShares {
 }  // namespace
 
 std::vector<char> irregular_triangles(const PieceMesh& mesh, const Ridge& ridge, const BeadWidths& beads) {
-  std::vector<char> irregular(mesh.triangles.size(), is_small(mesh, beads.width));
+  std::vector<char> irregular(mesh.triangles.size(), mesh.area < kAllIrregular * beads.width * beads.width);
   for (std::size_t t = 0; t < irregular.size(); ++t) {
     for (const Index v : mesh.triangles[t]) irregular[t] |= ridge.rise(v) <= kIrregularRise * beads.width;
   }

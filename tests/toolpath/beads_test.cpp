@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "toolpath/tracks.h"
@@ -55,6 +56,24 @@ TEST(ThinTrack, OneNarrowTriangleIsNoStretchOfItsOwn) {
   PieceMesh mesh = mesh_with_narrow_cells(0.8);
   for (std::size_t t = 2 * (kWide + 8); t < 2 * (kWide + 9); ++t) mesh.thickness[t] = 0.84;
   EXPECT_EQ(thinned_track_across(mesh).points.size(), 2u);
+}
+
+// Against a sum over many places; the layer's middle reaches from below the platform to far above it.
+TEST(ClippedHeight, ItsMeanOverATriangleIsExact) {
+  constexpr int kRows = 400;
+  const std::vector<std::array<double, 3>> heights = {{-1.0, 0.2, 2.0}, {0.1, -0.1, 0.0}, {3.0, 1.0, 2.0}, {-2.0, -1.0, 0.9}, {0.3, 0.3, -0.8}};
+  for (const auto& z : heights) {
+    for (const double rise : {0.6, 1.0}) {
+      double sum = 0.0;
+      for (int i = 0; i < kRows; ++i) {
+        for (int j = 0; i + j < kRows; ++j) {
+          const double x = (i + 1.0 / 3.0) / kRows, y = (j + 1.0 / 3.0) / kRows;
+          sum += clipped_height(0.8, z[0] + x * (z[1] - z[0]) + y * (z[2] - z[0]), rise);
+        }
+      }
+      EXPECT_NEAR(mean_clipped_height(0.8, z, rise), sum / (0.5 * kRows * (kRows + 1)), 2e-3);
+    }
+  }
 }
 
 }  // namespace

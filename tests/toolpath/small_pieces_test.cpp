@@ -23,8 +23,8 @@ struct Filling {
   Index paths = 0;
 };
 
-// By looking at all segments and all triangles.
-Filling fill(const sheets::NamedSheet& sheet) {
+// By looking at all segments, and at so many rows of places in all triangles.
+Filling fill(const sheets::NamedSheet& sheet, int rows = 4) {
   RunContext run;
   run.threads = 1;
   const ToolpathResult result = plan_toolpaths(sheet.gradient, sheet.stack, {}, run);
@@ -37,10 +37,9 @@ Filling fill(const sheets::NamedSheet& sheet) {
   const auto& v = sheet.stack.vertices;
   double area = 0.0;
   for (const auto& [a, b, c] : sheet.stack.triangles) {
-    constexpr int kRows = 4;
-    for (int i = 0; i < kRows; ++i) {
-      for (int j = 0; i + j < kRows; ++j) {
-        const Vec3 p = v[a] + (i + 1.0 / 3.0) / kRows * (v[b] - v[a]) + (j + 1.0 / 3.0) / kRows * (v[c] - v[a]);
+    for (int i = 0; i < rows; ++i) {
+      for (int j = 0; i + j < rows; ++j) {
+        const Vec3 p = v[a] + (i + 1.0 / 3.0) / rows * (v[b] - v[a]) + (j + 1.0 / 3.0) / rows * (v[c] - v[a]);
         bool covered = false;
         for_segments([&](const PathPoint& from, const PathPoint& to) {
           covered = covered || (closest_point_on_segment(p, from.position, to.position) - p).norm() <= 0.55 * std::max(kWidth, to.width_mm);
@@ -137,6 +136,80 @@ TEST(SmallPieces, RoundPiecesOfSeveralRingsAreFull) {
     sum += filling.volume;
   }
   EXPECT_NEAR(sum / radii.size(), 1.0, 0.01);
+}
+
+// What lies between the corners of large triangles is found: plain parts have no others.
+TEST(CoarsePieces, PlatesAreFilledHoweverTheyAreTurned) {
+  for (const double turn : {0.0, 0.3, 1.1, 2.5}) {
+    for (const double width : {3.0, 5.0, 6.0, 9.5, 20.0}) {
+      const Filling plate = fill(sheets::plate(20.0, width, turn), 60), angle = fill(sheets::angle_plate(25.0, width, turn), 60);
+      for (const auto& [filling, what] : {std::pair(plate, "plate"), std::pair(angle, "angle")}) {
+        EXPECT_NEAR(filling.volume, 1.0, 0.02) << what << ' ' << width << ' ' << turn;
+        EXPECT_GE(filling.covered, 0.98) << what << ' ' << width << ' ' << turn;
+        EXPECT_LT(filling.farthest_out, 1e-3) << what << ' ' << width << ' ' << turn;
+      }
+    }
+  }
+}
+
+// A bead that runs along a strip, away from its ends.
+struct StripBead {
+  double inset, width, length;  // inset: from the nearer side
+};
+
+std::vector<StripBead> beads_along(double strip_width, double turn) {
+  constexpr double kLength = 40.0, kEnd = 5.0;
+  RunContext run;
+  const auto sheet = sheets::plate(kLength, strip_width, turn);
+  const ToolpathResult result = plan_toolpaths(sheet.gradient, sheet.stack, {}, run);
+  const Vec3 along(std::cos(turn), std::sin(turn), 0.0), across(-std::sin(turn), std::cos(turn), 0.0);
+  std::vector<StripBead> beads;
+  for (const Path& path : result.toolpaths.paths) {
+    for (Index k = path.first_point + 1; k < path.first_point + path.point_count; ++k) {
+      const Vec3 &from = result.toolpaths.points[k - 1].position, &to = result.toolpaths.points[k].position;
+      const double x = along.dot(from), y = across.dot(0.5 * (from + to)), length = std::abs(along.dot(to - from));
+      if (x < kEnd || x > kLength - kEnd || length < 0.9 * (to - from).norm()) continue;
+      beads.push_back({std::min(y, strip_width - y), result.toolpaths.points[k].width_mm, length});
+    }
+  }
+  return beads;
+}
+
+// A wall too wide for one bead and too narrow for two has two in the middle of its halves. Where a ring begins and ends,
+// what is between two beads is shared a little unevenly.
+TEST(CoarsePieces, TwoBeadsShareANarrowWall) {
+  for (const double width : {1.3, 1.4, 1.5}) {
+    double all = 0.0, even = 0.0;
+    for (const StripBead& bead : beads_along(width, 0.0)) {
+      EXPECT_NEAR(bead.inset, 0.25 * width, 0.01) << width;
+      EXPECT_NEAR(bead.width, 0.5 * width, 0.1) << width;
+      all += bead.length;
+      even += std::abs(bead.width - 0.5 * width) < 0.01 ? bead.length : 0.0;
+    }
+    EXPECT_GT(even, 0.93 * all) << width;
+    EXPECT_GT(all, 50.0) << width;
+  }
+}
+
+// Where the border is straight, so are the beads: those that run as far from it are equally wide.
+TEST(CoarsePieces, BeadsOfAStraightStripAreEven) {
+  for (const double turn : {0.0, 0.4, 2.0}) {
+    for (const double width : {0.6, 0.9, 1.1, 2.2, 3.0, 6.0}) {
+      const std::vector<StripBead> beads = beads_along(width, turn);
+      ASSERT_FALSE(beads.empty());
+      double all = 0.0, even = 0.0;
+      for (const StripBead& bead : beads) {
+        std::vector<double> widths;
+        for (const StripBead& other : beads) {
+          if (std::abs(other.inset - bead.inset) < 0.05) widths.push_back(other.width);
+        }
+        std::nth_element(widths.begin(), widths.begin() + widths.size() / 2, widths.end());
+        all += bead.length;
+        even += std::abs(bead.width - widths[widths.size() / 2]) < 0.02 ? bead.length : 0.0;
+      }
+      EXPECT_GT(even, 0.9 * all) << width << ' ' << turn;
+    }
+  }
 }
 
 }  // namespace
