@@ -19,7 +19,8 @@ using certificate::SheetTask;
 using Place = ToolpathCertificate::PlaceOnLayer;
 
 constexpr std::size_t kNamed = 5;
-constexpr std::size_t kFewestSpacings = 20;
+constexpr double kFewestSpacings = 20.0;
+constexpr double kFewestFound = 0.05;  // of the sides of all paths have a ring beside them
 
 bool dense(const ToolpathCertificateOptions& options, Material material) {
   return options.dense[static_cast<int>(material)];
@@ -147,6 +148,8 @@ class Summary {
     sparse_covered_ += f.sparse_covered;
     for (const Vec3& p : f.uncovered) keep(result_.uncovered, place(p, 0.0));
     spacing_.insert(spacing_.end(), f.spacing.begin(), f.spacing.end());
+    spacing_sides_ += f.spacing_sides;
+    spacing_over_width_.insert(spacing_over_width_.end(), f.spacing_over_width.begin(), f.spacing_over_width.end());
     result_.segments += f.segments;
     result_.length_mm += f.length;
     result_.wrong_volumes += f.wrong_volumes;
@@ -185,10 +188,13 @@ class Summary {
     const double covered_area = result_.covered_fraction * result_.area_mm2;
     result_.overlap = covered_area > 0.0 ? bead_area_ / covered_area - 1.0 : 0.0;
     result_.spacing_samples = static_cast<Index>(spacing_.size());
-    if (spacing_.size() >= kFewestSpacings) {
+    if (static_cast<double>(spacing_.size()) >= std::max(kFewestSpacings, kFewestFound * spacing_sides_)) {
       result_.spacing_p5_mm = percentile(spacing_, 0.05);
       result_.spacing_median_mm = percentile(spacing_, 0.5);
       result_.spacing_p95_mm = percentile(spacing_, 0.95);
+      result_.spacing_median_over_width = percentile(spacing_over_width_, 0.5);
+      result_.spacing_off_width =
+          std::max(1.0 - percentile(spacing_over_width_, 0.05), percentile(spacing_over_width_, 0.95) - 1.0);
     }
     finish_layers();
     return std::move(result_);
@@ -229,7 +235,8 @@ class Summary {
   ToolpathCertificate result_;
   Index first_layer_ = 0;
   std::vector<LayerSum> layers_;  // by layer, then material
-  std::vector<float> spacing_;
+  std::vector<float> spacing_, spacing_over_width_;
+  double spacing_sides_ = 0.0;
   Index covered_ = 0, bead_covered_ = 0, sparse_covered_ = 0;
   double bead_area_ = 0.0;
 };
@@ -250,7 +257,7 @@ std::string first_of(const std::vector<Place>& list, const char* unit = nullptr)
 void add_area_checks(const ToolpathCertificateOptions& options, ToolpathCertificate& c) {
   c.checks.push_back(check_at_least(
       "certificate.toolpath_coverage", c.covered_fraction, options.min_covered_fraction,
-      format("part of %.0f mm2 of layers within 0.55 w of a path, by %d samples; %.4f within 0.55 of the bead's own width",
+      format("part of %.0f mm2 of layers within 0.55 w of a path or inside of a bead, by %d samples; %.4f within 0.55 of the bead's own width",
              c.area_mm2, c.samples, c.bead_covered_fraction)));
   if (sparse(options, Material::model) || sparse(options, Material::support)) {
     c.checks.push_back(check_at_least("certificate.toolpath_sparse_coverage", c.sparse_covered_fraction, options.min_covered_fraction,
@@ -261,17 +268,12 @@ void add_area_checks(const ToolpathCertificateOptions& options, ToolpathCertific
 }
 
 void add_spacing_checks(const ToolpathCertificateOptions& options, ToolpathCertificate& c) {
-  const double w = options.bead_width_mm;
-  const bool enough = c.spacing_median_mm > 0.0;
   const std::string what = format("distance of neighbouring rings, %d samples: p5 %.3f, median %.3f, p95 %.3f mm",
                                   c.spacing_samples, c.spacing_p5_mm, c.spacing_median_mm, c.spacing_p95_mm);
-  c.checks.push_back(check_at_most("certificate.toolpath_spacing_median",
-                                   enough ? std::abs(c.spacing_median_mm / w - 1.0) : 0.0, options.max_spacing_median,
-                                   what + "; median from w, relative"));
-  c.checks.push_back(
-      check_at_most("certificate.toolpath_spacing_spread",
-                    enough ? std::max({0.0, 1.0 - c.spacing_p5_mm / w, c.spacing_p95_mm / w - 1.0}) : 0.0,
-                    options.max_spacing_spread, what + "; farther percentile from w, relative"));
+  c.checks.push_back(check_at_most("certificate.toolpath_spacing_median", std::abs(c.spacing_median_over_width - 1.0),
+                                   options.max_spacing_median, what + "; median over the mean width of both beads, less 1"));
+  c.checks.push_back(check_at_most("certificate.toolpath_spacing_spread", c.spacing_off_width, options.max_spacing_spread,
+                                   what + "; 5 and 95 % over the mean width of both beads, less 1; the farther one"));
 }
 
 void add_bead_checks(const ToolpathCertificateOptions& options, ToolpathCertificate& c) {

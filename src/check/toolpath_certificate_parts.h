@@ -25,7 +25,8 @@ struct SheetFindings {
   Index samples = 0, covered = 0, bead_covered = 0;
   Index sparse_samples = 0, sparse_covered = 0;
   std::vector<Vec3> uncovered;
-  std::vector<float> spacing;
+  std::vector<float> spacing, spacing_over_width;
+  double spacing_sides = 0.0;  // that many would there be if each side of all paths had a ring beside it
 
   double bead_area = 0.0, bead_volume = 0.0, length = 0.0;
   Index segments = 0, wrong_volumes = 0, wrong_heights = 0;

@@ -84,6 +84,22 @@ double local_height(const Facet& facet, double z) {
   return std::min(facet.thickness, std::max(0.0, z + 0.5 * facet.thickness * facet.rise));
 }
 
+// Mean of the local height over a triangle in a facet: of its corners where it is linear between them; elsewhere, at the rim of
+// what reaches down to the platform, over its quarters.
+double mean_height(const Facet& facet, const Vec3& a, const Vec3& b, const Vec3& c, int quarterings = 7) {
+  const auto regime = [&](const Vec3& p) {
+    const double reach = p.z() + 0.5 * facet.thickness * facet.rise;
+    return (reach > 0.0) + (reach > facet.thickness);
+  };
+  if (quarterings == 0 || (regime(a) == regime(b) && regime(b) == regime(c))) {
+    return (local_height(facet, a.z()) + local_height(facet, b.z()) + local_height(facet, c.z())) / 3.0;
+  }
+  const Vec3 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
+  const int left = quarterings - 1;
+  return 0.25 * (mean_height(facet, a, ab, ca, left) + mean_height(facet, ab, b, bc, left) + mean_height(facet, ca, bc, c, left) +
+                 mean_height(facet, ab, bc, ca, left));
+}
+
 std::vector<Facet> facets_of(const SheetTask& task, Index sheet_index, const std::vector<Piece>& pieces, const Neighbours& beyond) {
   const Sheet& sheet = task.printed.sheets[sheet_index];
   std::vector<Facet> facets(sheet.triangle_count);
@@ -384,7 +400,8 @@ void measure_coverage(const SheetTask& task, const std::vector<Facet>& facets, c
     for (const double reach : {near, 0.55 * widest}) {
       if (grid.visit(p, reach, [&](Index i) {
             const double distance = squared_distance(p, segments[i]);
-            covered = covered || distance <= near * near;
+            const double inside = 0.5 * segments[i].width;
+            covered = covered || distance <= near * near || distance <= inside * inside;
             bead_covered = bead_covered || distance <= 0.55 * 0.55 * segments[i].width * segments[i].width;
             return covered && bead_covered;
           })) {
@@ -510,7 +527,9 @@ void measure_spacing_at(const Vec3& p, Index own, const std::vector<Segment>& se
   for (const Hit& h : hit) {
     if (h.segment == kNone || !segments[h.segment].ring) continue;
     const Vec3 other = (segments[h.segment].to - segments[h.segment].from).normalized();
-    if (std::abs(other.dot(along)) >= kParallelCosine) found.spacing.push_back(static_cast<float>(h.distance));
+    if (std::abs(other.dot(along)) < kParallelCosine) continue;
+    found.spacing.push_back(static_cast<float>(h.distance));
+    found.spacing_over_width.push_back(static_cast<float>(h.distance / (0.5 * (segments[own].width + segments[h.segment].width))));
   }
 }
 
@@ -520,8 +539,9 @@ void measure_spacing(const SheetTask& task, const std::vector<Segment>& segments
   double next = 0.5 * step;
   for (Index i = 0; i < static_cast<Index>(segments.size()); ++i) {
     const Segment& s = segments[i];
-    if (!s.ring) continue;
     const double length = (s.to - s.from).norm();
+    found.spacing_sides += 2.0 * length / step;
+    if (!s.ring) continue;
     for (; next < length; next += step) {
       measure_spacing_at(s.from + next / length * (s.to - s.from), i, segments, grid,
                          kSpacingReach * task.options.bead_width_mm, found);
@@ -530,15 +550,13 @@ void measure_spacing(const SheetTask& task, const std::vector<Segment>& segments
   }
 }
 
-// Volume of the sheet by the rule of edge midpoints.
+// Area and volume of the sheet.
 void measure_layer(const SheetTask& task, const std::vector<Facet>& facets, const std::vector<Piece>& pieces,
                    SheetFindings& found) {
   const double small = task.options.bead_width_mm * task.options.bead_width_mm;
   for (const Facet& f : facets) {
     const double area = triangle_area(f.a, f.b, f.c);
-    const double height = (local_height(f, 0.5 * (f.a.z() + f.b.z())) + local_height(f, 0.5 * (f.b.z() + f.c.z())) +
-                           local_height(f, 0.5 * (f.c.z() + f.a.z()))) /
-                          3.0;
+    const double height = mean_height(f, f.a, f.b, f.c);
     found.area += area;
     found.volume += area * height;
     if (pieces[f.piece].area < small) found.small_piece_volume += area * height;

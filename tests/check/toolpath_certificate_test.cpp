@@ -297,6 +297,51 @@ TEST(ToolpathCertificate, MeasuresHeightToThePlatform) {
   EXPECT_NEAR(c.layer_volume_mm3[0], 0.5 * kSide * kSide, 1e-9);
 }
 
+// One large triangle that rises from below the platform: its layer is as thick as it is high there, and nothing below.
+TEST(ToolpathCertificate, MeasuresWhatEndsAtThePlatform) {
+  Scene scene(0);
+  scene.printed.sheets.push_back({.triangle_count = 1});
+  scene.printed.vertices = {{0, 0, -2}, {10, 0, 2}, {0, 10, -2}};
+  scene.printed.triangles = {{0, 1, 2}};
+  scene.printed.triangle_tet = {0};
+  // By z the area grows as the square of the way from the rim at z = 2, of 4: over reach r = z + 0.4 from 0 to 0.8 to 2.4.
+  const double area = 0.5 * 10 * std::hypot(10, 4), step = 1e-4;
+  double volume = 0.0;
+  for (double reach = 0.5 * step; reach < 2.4; reach += step) {
+    volume += std::min(reach, 0.8) * 2.0 * area * (2.4 - reach) / 16.0 * step;
+  }
+  EXPECT_NEAR(scene.certify().layer_volume_mm3[0], volume, 2e-3 * volume);
+}
+
+// 10 by 1.2 mm and one line in its middle: all of it lies inside of a bead 1.2 mm wide, but a thinner one leaves its sides open.
+TEST(ToolpathCertificate, ABeadCoversWhatItIsWideAs) {
+  for (const double width : {1.2, 0.8}) {
+    Scene scene(0);
+    scene.printed.sheets.push_back({.triangle_count = 2});
+    scene.printed.vertices = {{0, 0, 2}, {10, 0, 2}, {10, 1.2, 2}, {0, 1.2, 2}};
+    scene.printed.triangles = {{0, 1, 2}, {0, 2, 3}};
+    scene.printed.triangle_tet = {0, 0};
+    scene.toolpaths.points = {{.position = {0, 0.6, 2}}, {.position = {10, 0.6, 2}}};
+    scene.toolpaths.paths = {{.kind = PathKind::centre_line, .point_count = 2}};
+    scene.lay_beads(scene.toolpaths.paths[0], kThickness, width);
+    EXPECT_NEAR(scene.certify().covered_fraction, std::max(1.1 * kWidth, width) / 1.2, 0.03);
+    EXPECT_EQ(failed(scene.certify()).contains("coverage"), width < 1.0);
+  }
+}
+
+// Rings beside each other that are a little wider than usual are as much farther apart.
+TEST(ToolpathCertificate, SpacingGoesByTheBeads) {
+  for (const double spacing : {1.06, 0.95}) {
+    Scene scene(0);
+    scene.printed.sheets.push_back({});
+    scene.add_plate(Vec3(0, 0, 0.4), kSide);
+    for (int i = 0; i < 5; ++i) scene.add_ring(0, 0.4, spacing * (i + 0.4) * kWidth);
+    EXPECT_TRUE(failed(scene.certify()).contains("spacing_median")) << spacing;
+    for (const Path& path : scene.toolpaths.paths) scene.lay_beads(path, kThickness, spacing * kWidth);
+    EXPECT_FALSE(failed(scene.certify()).contains("spacing_median")) << spacing;
+  }
+}
+
 TEST(ToolpathCertificate, SeesAPieceWithoutAPath) {
   Scene scene;
   scene.add_plate(Vec3(20, 0, 1.2), 1.0);

@@ -29,8 +29,8 @@ struct ToolpathCertificateOptions {
 
   double min_covered_fraction = 0.98;
   double max_overlap = 0.08;
-  double max_spacing_median = 0.03;  // |median / w - 1|
-  double max_spacing_spread = 0.15;  // of the 5th and the 95th percentile from w
+  double max_spacing_median = 0.03;  // |median / width - 1|
+  double max_spacing_spread = 0.15;  // the same of the 5th and the 95th percentile
   double max_volume_error = 1e-9;    // of a segment, relative
   double max_height_error = 0.02;    // of a segment, relative
   double max_material_volume_error = 0.01;
@@ -41,14 +41,15 @@ struct ToolpathCertificateOptions {
 // What the paths do with the printed layers, measured anew on the triangles; shares no code with the planner.
 //
 // Coverage: points spread evenly over the triangles of a sheet; one is covered when a path of the same sheet (layer,
-//   pass, passes, material) passes within 0.55 w.
+//   pass, passes, material) passes within 0.55 w, or within half the width of its bead.
 // Coverage of sparse sheets: a place is covered when a path passes within 0.6 of the spacing of lines; but within 0.55 w where
 //   it lies no farther from the border than the rings go, or, in support, right under a layer of the model.
 // Overlap: sum of width * length over the covered area, less 1.
 // Spacing: from points of rings, at right angles to the path along the layer and to both sides, the distance to the
 //   first path within 1.75 w, where that is a ring that runs parallel within 25 degrees. A ring is a part of a contour
-//   whose bead is w wide within 10 %; the rest of a contour fills what rings leave, as wide as that is, or joins them. Where
-//   a material has a single ring around its lines, only rings from two sides of a piece could meet: it is left out.
+//   whose bead is w wide within 10 %; the rest of a contour fills what rings leave, as wide as that is, or joins them. Two
+//   rings are as far apart as their beads are wide in the mean. Nothing is said of fewer than 20 places, nor where
+//   rings lie beside less than 5 % of the sides of all paths, nor where a material has a single ring around its lines.
 // Local height: 1 / (N m |grad G|) of the triangle, or the height of the tip above the platform where that is less. A
 //   segment across several triangles may have any height between those of the triangles that it touches.
 // Volume of a layer: what is missing or too much beyond the volume of its pieces smaller than w^2, against the whole; a
@@ -73,6 +74,7 @@ struct ToolpathCertificate {
 
   Index spacing_samples = 0;
   double spacing_p5_mm = 0.0, spacing_median_mm = 0.0, spacing_p95_mm = 0.0;
+  double spacing_median_over_width = 1.0, spacing_off_width = 0.0;  // over the mean width of both beads; of 5 and 95 %, the farther from 1
 
   Index segments = 0;
   double max_volume_error = 0.0, max_height_error = 0.0;
