@@ -90,6 +90,7 @@ double clipped_height(double thickness, double z, double rise) {
 
 double mean_clipped_height(double thickness, std::array<double, 3> z, double rise) {
   std::sort(z.begin(), z.end());
+  if (z[0] + 0.5 * thickness * rise >= thickness) return thickness;
   std::array<double, 3> height, excess;
   for (int i = 0; i < 3; ++i) {
     height[i] = z[i] + 0.5 * thickness * rise;

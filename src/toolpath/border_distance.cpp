@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "toolpath/refine_mesh.h"
 
@@ -23,8 +24,7 @@ constexpr double kLargestShift = 0.05;    // mm, by which one side may still com
 constexpr double kSnap = 0.04;            // of an edge: fronts that meet so near to its end meet there
 constexpr double kShortest = 0.02;        // mm, of edges that are cut where fronts meet
 constexpr int kMostSearches = 10;         // for that place
-constexpr int kMostCuts = 4;              // of an edge, one after the other
-constexpr int kRounds = 2;                // of cuts
+constexpr int kMostCuts = 6;              // of an edge, one after the other
 constexpr int kMostSteps = 1000;
 
 Vec3 middle_normal(const Vec3& a, const Vec3& b) {
@@ -65,9 +65,10 @@ Index add_between(PieceMesh& mesh, Index a, Index b, double part) {
 }
 
 void halve_long_edges(PieceMesh& mesh, EdgeTable& edges, double longest) {
-  refine_mesh(mesh, edges, true, std::numeric_limits<int>::max(), [&](Index a, Index b) {
-    return (mesh.vertices[a] - mesh.vertices[b]).squaredNorm() > longest * longest ? add_between(mesh, a, b, 0.5) : kNone;
-  });
+  const auto is_long = [&](Index a, Index b) { return (mesh.vertices[a] - mesh.vertices[b]).squaredNorm() > longest * longest; };
+  if (std::none_of(edges.edges.begin(), edges.edges.end(), [&](const Edge& e) { return is_long(e.from, e.to); })) return;
+  refine_mesh(mesh, edges, true, std::numeric_limits<int>::max(),
+              [&](Index a, Index b) { return is_long(a, b) ? add_between(mesh, a, b, 0.5) : kNone; });
 }
 
 }  // namespace
@@ -81,15 +82,22 @@ BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) :
     if (fronts_[v].distance == 0.0) changed.push_back(v);
   }
   hand_on(std::move(changed));
-  // Until each edge tells the distance along it. What is nearer than both ends of an edge is known only afterwards: once more.
-  for (int round = 0; round < kRounds; ++round) {
-    const std::size_t before = fronts_.size();
-    if (!refine_mesh(mesh_, edges_, false, kMostCuts, [&](Index a, Index b) { return cut_edge(a, b, options); })) break;
-    std::vector<Index> added(fronts_.size() - before);
-    std::iota(added.begin(), added.end(), static_cast<Index>(before));
-    hand_on(std::move(added));
-  }
+  // Until each edge tells the distance along it; once more where something nearer than what both ends knew is heard of then.
+  if (refine(options, {})) refine(options, std::exchange(heard_, {}));
   put_meetings_in_order();
+}
+
+// Cuts edges, or only those at vertices of a list; false when there was nothing to cut.
+bool BorderDistance::refine(const DistanceOptions& options, const std::vector<char>& at) {
+  const std::size_t before = fronts_.size();
+  const auto is_left = [&](Index v) { return !at.empty() && v < static_cast<Index>(at.size()) && !at[v]; };
+  const auto cut = [&](Index a, Index b) { return is_left(a) && is_left(b) ? kNone : cut_edge(a, b, options); };
+  if (!refine_mesh(mesh_, edges_, false, kMostCuts, cut)) return false;
+  heard_.assign(fronts_.size(), 0);
+  std::vector<Index> added(fronts_.size() - before);
+  std::iota(added.begin(), added.end(), static_cast<Index>(before));
+  hand_on(std::move(added));
+  return true;
 }
 
 void BorderDistance::put_meetings_in_order() {
@@ -246,6 +254,7 @@ void BorderDistance::hand_on(std::vector<Index> changed) {
     const Front front = front_at(place, mesh_.vertices[w], mesh_.normals[w]);
     if (front.distance >= held.distance - (meeting_of_[w] == kNone ? kGain : 2.0 * kEqual)) return false;
     take(w, front);
+    if (!heard_.empty()) heard_[w] = 1;
     return true;
   };
   std::vector<char> waits(n, 0);

@@ -69,6 +69,7 @@ class BorderDistance {
     double squared = 0.0;  // distance in space
   };
   void collect_border();
+  bool refine(const DistanceOptions& options, const std::vector<char>& at);
   void hand_on(std::vector<Index> changed);
   void take(Index vertex, const Front& front);
   [[nodiscard]] Place on_edge(Index edge, const Vec3& point) const;
@@ -93,6 +94,7 @@ class BorderDistance {
   std::vector<Front> fronts_;
   std::vector<Meeting> meetings_;
   std::vector<Index> meeting_of_;  // by vertex
+  std::vector<char> heard_;        // by vertex: a nearer border edge came from a neighbour after the last cuts
 };
 
 }  // namespace curvesup::toolpath

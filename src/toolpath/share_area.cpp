@@ -263,7 +263,10 @@ class AreaShares {
       for (const Index segment : owner) add(segment, volume / 3.0);
       return;
     }
-    if (adjoin(one, other)) return spread(Region{}, nearest_on(part, other), volume);
+    if (adjoin(one, other)) {
+      const bool alike = stretch_[owner[0]] == stretch_[owner[1]] && stretch_[owner[1]] == stretch_[owner[2]];
+      return alike ? add(one, volume) : spread(Region{}, nearest_on(part, other), volume);
+    }
     // Between two straight tracks the difference of the squared distances from them is linear.
     const std::array<OnTrack, 3> on_one = nearest_on(part, one), on_other = nearest_on(part, other);
     Linear lead, lag;
