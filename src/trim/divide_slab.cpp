@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
 
 #include "core/disjoint_sets.h"
 #include "curvesup/mesh/triangle_mesh.h"
@@ -13,11 +14,15 @@ namespace curvesup {
 namespace {
 
 constexpr double kOnTriangle_mm = 1e-9;
+constexpr double kOnSpot_mm = 0.05;
 constexpr int kSampleEvery = 8;  // triangles; besides the first of each piece in each tet
 
-int wanted_passes(double thickness, const SlabOptions& options) {
-  const double passes = std::ceil(thickness / options.max_height_mm - 1e-9);
-  return static_cast<int>(std::clamp(passes, 1.0, static_cast<double>(options.max_passes)));
+int wanted_passes(const Piece& piece, const SlabOptions& options) {
+  const auto for_height = [&](double thickness, double height) {
+    return static_cast<int>(std::clamp(std::ceil(thickness / height - 1e-9), 1.0, static_cast<double>(options.max_passes)));
+  };
+  const int usual = for_height(piece.thickness_p95, options.max_height_mm), most = for_height(piece.thickness_max, options.limit_mm);
+  return most <= 2 * usual ? std::max(usual, most) : usual;
 }
 
 Vec3 centroid(const TrimmedSheet& sheet, std::size_t triangle) {
@@ -74,6 +79,30 @@ struct Division {
   std::vector<std::vector<Index>> owner;  // per sheet and piece: one of the layer's pieces it lies over or under
 };
 
+// How a region is laid: in how many passes, for what thickness.
+struct Laid {
+  int passes;
+  double thickness;
+  auto operator<=>(const Laid&) const = default;
+};
+
+// A sheet of passes, and how each of its pieces is laid.
+struct LaidSheet {
+  TrimmedSheet sheet;
+  std::vector<Laid> laid;
+};
+
+// The same sheet of two kinds of regions.
+void append(TrimmedSheet& to, const TrimmedSheet& from) {
+  const Index vertices = static_cast<Index>(to.vertices.size()), pieces = static_cast<Index>(to.pieces.size());
+  to.vertices.insert(to.vertices.end(), from.vertices.begin(), from.vertices.end());
+  to.source.insert(to.source.end(), from.source.begin(), from.source.end());
+  to.pieces.insert(to.pieces.end(), from.pieces.begin(), from.pieces.end());
+  to.triangle_tet.insert(to.triangle_tet.end(), from.triangle_tet.begin(), from.triangle_tet.end());
+  for (const auto& [a, b, c] : from.triangles) to.triangles.push_back({a + vertices, b + vertices, c + vertices});
+  for (const Index piece : from.triangle_piece) to.triangle_piece.push_back(piece + pieces);
+}
+
 class SlabDivider {
  public:
   SlabDivider(const Domain& domain, const ScalarField& field, int layer_count, const ReachableTets& reachable,
@@ -86,49 +115,143 @@ class SlabDivider {
         middle_(middle),
         options_(options),
         regions_(middle.pieces.size()) {
-    for (const Piece& piece : middle.pieces) passes_.push_back(wanted_passes(piece.thickness_p95, options));
+    for (const Piece& piece : middle.pieces) laid_.push_back(wanted(piece));
   }
 
   DividedSlab run() {
-    DividedSlab result;
-    result.in_one_pass.assign(passes_.size(), 1);
-    if (std::all_of(passes_.begin(), passes_.end(), [](int m) { return m == 1; })) return result;
     samples_ = sample_triangles(middle_);
     while (grow()) join();
-    for (std::size_t p = 0; p < passes_.size(); ++p) result.in_one_pass[p] = passes_of(static_cast<Index>(p)) == 1;
+    std::vector<LaidSheet> sheets;
+    sheets.push_back(layer_in(1));
     for (auto& [m, division] : divisions_) {
       for (std::size_t j = 0; j < division.found.size(); ++j) {
-        std::vector<char> keep(division.found[j].pieces.size());
-        for (std::size_t p = 0; p < keep.size(); ++p) {
-          keep[p] = passes_of_found(division.found[j].pieces[p], division.owner[j][p]) == m;
-        }
-        keep_pieces(division.found[j], keep);
-        if (!division.found[j].triangles.empty()) result.passes.push_back(std::move(division.found[j]));
+        LaidSheet found{std::move(division.found[j]), {}};
+        for (std::size_t p = 0; p < found.sheet.pieces.size(); ++p) found.laid.push_back(laid(found.sheet.pieces[p], division.owner[j][p]));
+        keep_laid_in(m, found);
+        if (!found.sheet.triangles.empty()) sheets.push_back(std::move(found));
       }
-      if (m % 2 == 1) result.passes.push_back(middle_pass(m));
+      if (m % 2 == 1) sheets.push_back(layer_in(m));
+    }
+    for (LaidSheet& sheet : sheets) {
+      seed_spots(sheet);
+      take_out_spots(sheet);
+    }
+    lay_spots(sheets);
+    DividedSlab result;
+    result.in_one_pass = std::move(sheets.front().sheet);
+    for (std::size_t s = 1; s < sheets.size(); ++s) {
+      if (!sheets[s].sheet.triangles.empty()) result.passes.push_back(std::move(sheets[s].sheet));
     }
     return result;
   }
 
  private:
-  int passes_of(Index piece) { return passes_[regions_.root(piece)]; }
+  [[nodiscard]] Laid wanted(const Piece& piece) const { return {wanted_passes(piece, options_), piece.thickness_p95}; }
+  int passes_of(Index piece) { return laid_[regions_.root(piece)].passes; }
 
-  // Of an odd number of passes the one in the middle is the layer itself.
-  [[nodiscard]] TrimmedSheet middle_pass(int m) {
-    TrimmedSheet sheet = middle_;
-    const Level level = make_level(middle_.head.layer, m / 2, m, layer_count_);
-    sheet.head = {level.layer, level.pass, level.passes, Material::support, level.iso_value, 0, 0};
-    sheet.cut_away_area = 0.0;
-    std::vector<char> keep(passes_.size());
-    for (std::size_t p = 0; p < keep.size(); ++p) keep[p] = passes_of(static_cast<Index>(p)) == m;
-    keep_pieces(sheet, keep);
-    return sheet;
+  // What is laid of the layer itself, as the middle one of m passes.
+  [[nodiscard]] LaidSheet layer_in(int m) {
+    LaidSheet layer{middle_, {}};
+    if (m > 1) {
+      const Level level = make_level(middle_.head.layer, m / 2, m, layer_count_);
+      layer.sheet.head = {level.layer, level.pass, level.passes, Material::support, level.iso_value, 0, 0};
+      layer.sheet.cut_away_area = 0.0;
+    }
+    for (std::size_t p = 0; p < middle_.pieces.size(); ++p) layer.laid.push_back(laid_[regions_.root(static_cast<Index>(p))]);
+    keep_laid_in(m, layer);
+    return layer;
+  }
+
+  static void keep_laid_in(int m, LaidSheet& sheet) {
+    std::vector<char> keep(sheet.laid.size());
+    for (std::size_t p = 0; p < keep.size(); ++p) keep[p] = sheet.laid[p].passes == m;
+    keep_pieces(sheet.sheet, keep);
+  }
+
+  [[nodiscard]] bool is_spot(Index tet, const Laid& region) const {
+    return region.passes < options_.max_passes && thickness(tet) > region.passes * options_.limit_mm * (1.0 + 1e-9);
+  }
+  [[nodiscard]] double thickness(Index tet) const { return 1.0 / (layer_count_ * field_.gradient[tet].norm()); }
+  [[nodiscard]] int halved(int passes) const { return std::min(2 * passes, options_.max_passes); }
+  // In how many passes a tet is laid in a region.
+  [[nodiscard]] int passes_in(Index tet, const Laid& region) const {
+    int m = region.passes;
+    if (!is_spot(tet, region)) return m;
+    while (m < options_.max_passes && thickness(tet) * region.passes > m * region.thickness * (1.0 + 1e-9)) m = halved(m);
+    return m;
+  }
+
+  // Wants the passes of spots where a sheet passes through them, from its lower to its upper side.
+  void seed_spots(const LaidSheet& laid) {
+    const TrimmedSheet& sheet = laid.sheet;
+    for (std::size_t i = 0; i < sheet.triangles.size(); ++i) {
+      const Laid& region = laid.laid[sheet.triangle_piece[i]];
+      if (!is_spot(sheet.triangle_tet[i], region)) continue;
+      for (int m = region.passes; m < options_.max_passes;) {
+        m = halved(m);
+        for (int j = 0; j < m; ++j) {
+          if ((2 * j + 1) * region.passes / (2 * m) != sheet.head.pass) continue;
+          const auto at = follow_gradient(domain_, field_, sheet.triangle_tet[i], centroid(sheet, i),
+                                          make_level(middle_.head.layer, j, m, layer_count_).iso_value);
+          if (at && passes_in(at->tet, region) == m) spot(region, j, m).want(*at, kOnSpot_mm);
+        }
+      }
+    }
+  }
+
+  PassSheet& spot(const Laid& region, int pass, int passes) {
+    const auto at = spots_.find({passes, pass, region});
+    if (at != spots_.end()) return at->second;
+    const auto only = [this, region, passes](Index tet) { return passes_in(tet, region) == passes; };
+    return spots_.try_emplace({passes, pass, region}, domain_, field_, reachable_, solid_, options_.edge_length_mm,
+                              make_level(middle_.head.layer, pass, passes, layer_count_), only).first->second;
+  }
+
+  // Its pieces are others afterwards.
+  void take_out_spots(LaidSheet& laid) const {
+    TrimmedSheet& sheet = laid.sheet;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < sheet.triangles.size(); ++i) {
+      if (is_spot(sheet.triangle_tet[i], laid.laid[sheet.triangle_piece[i]])) continue;
+      sheet.triangles[kept] = sheet.triangles[i];
+      sheet.triangle_tet[kept] = sheet.triangle_tet[i];
+      sheet.triangle_piece[kept++] = sheet.triangle_piece[i];
+    }
+    if (kept == sheet.triangles.size()) return;
+    sheet.triangles.resize(kept);
+    sheet.triangle_tet.resize(kept);
+    sheet.triangle_piece.resize(kept);
+    find_pieces(sheet, field_, layer_count_);
+  }
+
+  // Puts the passes of spots to the others; what lies over or under another kind of region has come along.
+  void lay_spots(std::vector<LaidSheet>& sheets) {
+    const PieceAt piece_at(middle_, options_.edge_length_mm);
+    std::vector<Index> owner;
+    for (auto& [key, pass] : spots_) {
+      const Laid& region = std::get<Laid>(key);
+      pass.grow();
+      TrimmedSheet found = pass.snapshot(layer_count_);
+      find_owners(found, piece_at, owner);
+      std::vector<char> keep(owner.size());
+      for (std::size_t p = 0; p < keep.size(); ++p) keep[p] = owner[p] == kNone || laid_[regions_.root(owner[p])] == region;
+      keep_pieces(found, keep);
+      if (found.triangles.empty()) continue;
+      const auto same = std::find_if(sheets.begin(), sheets.end(), [&](const LaidSheet& other) {
+        return other.sheet.head.passes == found.head.passes && other.sheet.head.pass == found.head.pass;
+      });
+      if (same != sheets.end()) {
+        append(same->sheet, found);
+      } else {
+        sheets.push_back({std::move(found), {}});
+      }
+    }
   }
 
   // Follows the passes from every piece that now wants a number it has not been followed at; false when there is none.
   bool grow() {
     std::vector<int> wanted;
-    for (std::size_t p = 0; p < passes_.size(); ++p) {
+    for (std::size_t p = 0; p < laid_.size(); ++p) {
       const int m = passes_of(static_cast<Index>(p));
       if (m == 1) continue;
       Division& division = division_into(m);
@@ -146,7 +269,7 @@ class SlabDivider {
           if (at) sheet.want(*at);
         }
       }
-      for (std::size_t p = 0; p < passes_.size(); ++p) division.seeded[p] |= passes_of(static_cast<Index>(p)) == m;
+      for (std::size_t p = 0; p < laid_.size(); ++p) division.seeded[p] |= passes_of(static_cast<Index>(p)) == m;
       identify(division);
     }
     return !wanted.empty();
@@ -155,7 +278,7 @@ class SlabDivider {
   Division& division_into(int m) {
     Division& division = divisions_[m];
     if (division.sheets.empty()) {
-      division.seeded.assign(passes_.size(), 0);
+      division.seeded.assign(laid_.size(), 0);
       for (int j = 0; j < m; ++j) {
         if (2 * j + 1 == m) continue;
         division.sheets.emplace_back(domain_, field_, reachable_, solid_, options_.edge_length_mm,
@@ -183,7 +306,7 @@ class SlabDivider {
         }
         for (std::size_t i = 0; i < found.triangles.size(); ++i) {
           const Index in = found.triangle_piece[i];
-          if (passes_of_found(found.pieces[in], owner[in]) == sheet.level().passes) sheet.want(found.triangles[i][0]);
+          if (laid(found.pieces[in], owner[in]).passes == sheet.level().passes) sheet.want(found.triangles[i][0]);
         }
       } while (sheet.grow());
     }
@@ -202,15 +325,14 @@ class SlabDivider {
     }
   }
 
-  int passes_of_found(const Piece& piece, Index owner) {
-    return owner != kNone ? passes_of(owner) : wanted_passes(piece.thickness_p95, options_);
-  }
+  // How a piece of some pass is laid.
+  Laid laid(const Piece& piece, Index owner) { return owner != kNone ? laid_[regions_.root(owner)] : wanted(piece); }
 
   void join() {
     for (const auto& [a, b] : joins_) {
-      const int m = std::max(passes_of(a), passes_of(b));
+      const Laid most = std::max(laid_[regions_.root(a)], laid_[regions_.root(b)]);
       regions_.join(a, b);
-      passes_[regions_.root(a)] = m;
+      laid_[regions_.root(a)] = most;
     }
     joins_.clear();
   }
@@ -223,17 +345,30 @@ class SlabDivider {
   const TrimmedSheet& middle_;
   SlabOptions options_;
   DisjointSets regions_;      // of the layer's pieces
-  std::vector<int> passes_;   // per piece; that of a region stands at its root
+  std::vector<Laid> laid_;    // per piece; that of a region stands at its root
   std::vector<Index> samples_;
   std::map<int, Division> divisions_;
   std::vector<std::pair<Index, Index>> joins_;
+  std::map<std::tuple<int, int, Laid>, PassSheet> spots_;  // by number of passes, pass and region
 };
 
 }  // namespace
 
 DividedSlab divide_slab(const Domain& domain, const ScalarField& field, int layer_count, const ReachableTets& reachable,
-                        const Solid& solid, const TrimmedSheet& middle, const SlabOptions& options) {
-  return SlabDivider(domain, field, layer_count, reachable, solid, middle, options).run();
+                        const Solid& solid, TrimmedSheet middle, const SlabOptions& options) {
+  const auto thickness = [&](Index tet) { return 1.0 / (layer_count * field.gradient[tet].norm()); };
+  const auto in_one_pass = [&](const Piece& piece) { return wanted_passes(piece, options) == 1; };
+  const auto is_low = [&](Index tet) { return thickness(tet) <= options.limit_mm * (1.0 + 1e-9); };
+  DividedSlab slab;
+  if (std::all_of(middle.pieces.begin(), middle.pieces.end(), in_one_pass) &&
+      std::all_of(middle.triangle_tet.begin(), middle.triangle_tet.end(), is_low)) {
+    slab.in_one_pass = std::move(middle);
+    return slab;
+  }
+  slab = SlabDivider(domain, field, layer_count, reachable, solid, middle, options).run();
+  for (std::size_t i = 0; i < middle.triangles.size(); ++i) slab.in_passes_mm2 += middle.area(i);
+  for (std::size_t i = 0; i < slab.in_one_pass.triangles.size(); ++i) slab.in_passes_mm2 -= slab.in_one_pass.area(i);
+  return slab;
 }
 
 }  // namespace curvesup

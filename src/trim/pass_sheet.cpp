@@ -10,8 +10,6 @@ namespace curvesup {
 namespace {
 
 constexpr int kMaxTetsFollowed = 200;
-// What lies so near to a point of the sheet is wanted with it.
-constexpr double kNear_mm = 1.0;
 
 // Distance along u from p to where the ray leaves the tet, and through which face; entry is not left through again.
 double distance_to_exit(const TetMesh& mesh, Index tet, const Vec3& p, const Vec3& u, int entry, int& exit) {
@@ -76,13 +74,13 @@ std::optional<ColumnPoint> follow_gradient(const Domain& domain, const ScalarFie
   return std::nullopt;
 }
 
-void PassSheet::want(const ColumnPoint& at) {
+void PassSheet::want(const ColumnPoint& at, double within_mm) {
   const Range range = visit(at.tet);
   for (std::size_t i = range.first; i < range.last; ++i) {
     const auto& t = cutter_.triangles()[i];
     if (wanted_[pieces_.root(t[0])]) continue;
     const auto& v = cutter_.vertices();
-    if ((closest_point_on_triangle(at.position, v[t[0]], v[t[1]], v[t[2]]) - at.position).squaredNorm() < kNear_mm * kNear_mm) want(t[0]);
+    if ((closest_point_on_triangle(at.position, v[t[0]], v[t[1]], v[t[2]]) - at.position).squaredNorm() < within_mm * within_mm) want(t[0]);
   }
 }
 
@@ -150,7 +148,7 @@ PassSheet::Range PassSheet::visit(Index tet) {
   slot.value = static_cast<Index>(ranges_.size());
   const std::size_t first = cutter_.triangles().size();
   ranges_.push_back({first, first});
-  if (!reachable_[tet]) return ranges_.back();
+  if (!reachable_[tet] || (only_ && !only_(tet))) return ranges_.back();
   const auto& v = domain_.mesh.tets[tet];
   int mask = 0;
   for (int c = 0; c < 4; ++c) mask |= (field_.value[v[c]] >= level_.iso_value) << c;

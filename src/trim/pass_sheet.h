@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/disjoint_sets.h"
@@ -26,15 +28,15 @@ enum class Through { support, everything };
                                                          double target, Through through = Through::support);
 
 // One pass of a slab, extracted and cut only where it is asked for: the pieces that are wanted are followed from tet to tet
-// until they are whole. What else lies in the tets on the way is there in parts.
+// until they are whole. What else lies in the tets on the way is there in parts. With `only`, there is nothing but in its tets.
 class PassSheet {
  public:
   PassSheet(const Domain& domain, const ScalarField& field, const ReachableTets& reachable, const Solid& solid,
-            double edge_length_mm, const Level& level)
-      : domain_(domain), field_(field), reachable_(reachable), cutter_(solid, edge_length_mm), level_(level) {}
+            double edge_length_mm, const Level& level, std::function<bool(Index tet)> only = {})
+      : domain_(domain), field_(field), reachable_(reachable), cutter_(solid, edge_length_mm), level_(level), only_(std::move(only)) {}
 
   // Wants what lies in the tet of a point and near it; or the piece of a vertex.
-  void want(const ColumnPoint& at);
+  void want(const ColumnPoint& at, double within_mm = 1.0);
   void want(Index vertex) { wanted_[pieces_.root(vertex)] = 1; }
   // Follows what is wanted; whether there was anything to follow.
   bool grow();
@@ -66,6 +68,7 @@ class PassSheet {
   const ReachableTets& reachable_;
   SheetCutter cutter_;
   Level level_;
+  std::function<bool(Index tet)> only_;
   EdgeMap range_of_, crossings_, platform_cuts_;
   std::vector<Range> ranges_;  // of the tets that have been visited
   std::vector<Step> steps_;

@@ -21,6 +21,9 @@ namespace curvesup {
 
 namespace {
 
+// Without a limit, spots that are so many times as high as wanted get passes of their own.
+constexpr double kSpot = 1.5;
+
 void check_options(const TrimOptions& options) {
   const auto refuse = [](const char* name, double value, const char* limit) {
     throw Error(ErrorKind::usage, "trim", format("%s = %g, it must be %s", name, value, limit));
@@ -288,30 +291,33 @@ Coarsening make_coarse(const ScalarField& field, TrimmedSheet& sheet) {
   return {report.volume_before / sheet.head.passes, report.volume_after / sheet.head.passes};
 }
 
+// For which height regions are laid in passes, and what no bead may be higher than.
+struct PassHeights {
+  double usual_mm, limit_mm;
+};
+
+// Without a limit: support as the model's layers are, but no bead higher than wide for that, else thin layers would be laid in
+// needlessly many passes. Without a model to take it from, nothing is divided.
+PassHeights pass_heights(const TrimOptions& options, double model_median_mm) {
+  if (options.max_height_mm > 0.0) return {options.max_height_mm, options.max_height_mm};
+  constexpr double kNothing = std::numeric_limits<double>::infinity();
+  if (model_median_mm == 0.0) return {kNothing, kNothing};
+  const double usual = std::clamp(options.bead_width_mm, 1.2 * model_median_mm, 1.5 * model_median_mm);
+  return {usual, kSpot * usual};
+}
+
 // Divides a trimmed layer into what is laid at once and what in passes; marks and lists the pieces below the smallest area.
 TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int layer_count, const ReachableTets& reachable,
-                          const Solid& solid, TrimmedSheet middle, const TrimOptions& options, double max_height_mm) {
+                          const Solid& solid, TrimmedSheet middle, const TrimOptions& options, const PassHeights& heights) {
   TrimmedLayer layer;
-  DividedSlab slab = divide_slab(domain, field, layer_count, reachable, solid, middle,
-                                 {options.edge_length_mm, max_height_mm, options.max_passes});
   layer.areas.cut_away_mm2 = middle.cut_away_area;
-  std::vector<char> keep = slab.in_one_pass;
-  for (std::size_t p = 0; p < middle.pieces.size(); ++p) {
-    const Piece& piece = middle.pieces[p];
-    if (!keep[p]) {
-      layer.areas.in_passes_mm2 += piece.area;
-    } else if (piece.area < options.min_piece_area_mm2) {
-      middle.pieces[p].too_small = true;
-      layer.areas.removed_mm2 += piece.area;
-      layer.removed.push_back({middle.head.layer, 0, 1, piece.area, piece.centroid});
-    } else {
-      layer.areas.kept_mm2 += piece.area;
-      ++layer.pieces;
-    }
-  }
-  keep_pieces(middle, keep);
-  layer.sheets.push_back(std::move(middle));
-  for (TrimmedSheet& sheet : slab.passes) {
+  DividedSlab slab = divide_slab(domain, field, layer_count, reachable, solid, std::move(middle),
+                                 {options.edge_length_mm, heights.usual_mm, heights.limit_mm, options.max_passes});
+  layer.areas.in_passes_mm2 = slab.in_passes_mm2;
+  layer.sheets.push_back(std::move(slab.in_one_pass));
+  for (TrimmedSheet& sheet : slab.passes) layer.sheets.push_back(std::move(sheet));
+  for (TrimmedSheet& sheet : layer.sheets) {
+    const bool in_passes = sheet.head.passes > 1;
     std::vector<char> present(sheet.pieces.size(), 0);
     for (const Index p : sheet.triangle_piece) present[p] = 1;
     for (std::size_t p = 0; p < present.size(); ++p) {
@@ -319,21 +325,16 @@ TrimmedLayer divide_layer(const Domain& domain, const ScalarField& field, int la
       Piece& piece = sheet.pieces[p];
       if (piece.area < options.min_piece_area_mm2) {
         piece.too_small = true;
+        if (!in_passes) layer.areas.removed_mm2 += piece.area;
         layer.removed.push_back({sheet.head.layer, sheet.head.pass, sheet.head.passes, piece.area, piece.centroid});
       } else {
+        if (!in_passes) layer.areas.kept_mm2 += piece.area;
         ++layer.pieces;
-        ++layer.pieces_in_passes;
+        layer.pieces_in_passes += in_passes;
       }
     }
-    layer.sheets.push_back(std::move(sheet));
   }
   return layer;
-}
-
-// Support as the model's layers are, but no bead higher than wide for that: thin layers would be laid in needlessly many passes.
-double usual_max_height(const TrimOptions& options, const TrimReport& report) {
-  const double median = report.model_thickness_p50_mm;
-  return std::clamp(options.bead_width_mm, 1.2 * median, 1.5 * median);
 }
 
 // Adds what is printed of a layer to the report, and its sheets to what is printed.
@@ -405,9 +406,8 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
   std::array<Heights, kMaterialCount> before = heights(untrimmed, field, run);
   report.areas.untrimmed_mm2 = before[kSupport].area;
   report.model_thickness_p50_mm = quantiles(std::move(before[kModel].samples)).p50;
-  report.max_height_mm = options.max_height_mm > 0.0 ? options.max_height_mm : usual_max_height(options, report);
-  // Without a limit and without a model to take it from, nothing is divided.
-  const double max_height_mm = report.max_height_mm > 0.0 ? report.max_height_mm : std::numeric_limits<double>::infinity();
+  const PassHeights pass_height = pass_heights(options, report.model_thickness_p50_mm);
+  if (std::isfinite(pass_height.usual_mm)) report.max_height_mm = pass_height.usual_mm;
 
   // Each sheet is made coarse at once, while it is in the cache.
   std::vector<TrimmedLayer> layers(support_sheets.size());
@@ -420,7 +420,7 @@ TrimResult trim_layers(const Domain& domain, const ScalarField& field, const Lay
       TrimmedSheet sheet = trim_sheet(untrimmed, *support_sheets[task], reachable, solid, options);
       find_pieces(sheet, field, untrimmed.count);
       TrimmedLayer& layer = layers[task];
-      layer = divide_layer(domain, field, untrimmed.count, reachable, solid, std::move(sheet), options, max_height_mm);
+      layer = divide_layer(domain, field, untrimmed.count, reachable, solid, std::move(sheet), options, pass_height);
       for (TrimmedSheet& printed : layer.sheets) layer.coarsening += make_coarse(field, printed);
     } else {
       const std::size_t m = task - layers.size();

@@ -80,6 +80,7 @@ void find_pieces(TrimmedSheet& sheet, const ScalarField& field, int layer_count)
     double sum = 0.0;
     for (bool found = false; next < samples.size() && samples[next].piece == p; ++next) {
       sum += samples[next].area;
+      piece.thickness_max = samples[next].thickness;
       if (found) continue;
       piece.thickness_p95 = samples[next].thickness;
       found = sum >= 0.95 * piece.area;

@@ -13,6 +13,7 @@ struct Piece {
   double area = 0.0;
   Vec3 centroid = Vec3::Zero();
   double thickness_p95 = 0.0;  // 1 / (N |grad G|) by area, before any division into passes
+  double thickness_max = 0.0;
   bool too_small = false;      // goes; its triangles stay until it is known what lay on it
 };
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <tuple>
 
 #include "curvesup/core/error.h"
 #include "curvesup/layers/layers.h"
@@ -311,6 +312,37 @@ TEST(TrimPasses, EachRegionHasItsOwnNumberAndJoinedRegionsTheLargest) {
   EXPECT_GE(joined, 1);  // where the bridge runs along the layer, both columns are one region
   EXPECT_LE(joined, 5);
   for (Index k = 0; k < 7; ++k) EXPECT_TRUE(passes_at(16, 16, k) == once || passes_at(16, 16, k) == twice) << "layer " << k;
+}
+
+// Layers 0.5 mm thick, but 3.3 mm over 4 mm2 where the field is nearly flat.
+TEST(TrimPasses, ASpotThatIsThickerThanItsRegionGetsPassesOfItsOwn) {
+  const Domain domain = shapes::brick_domain(Vec3(0, 0, 0), Vec3(20, 20, 16), {10, 10, 8}, [](const Vec3&) { return false; });
+  const ScalarField field = shapes::sampled_field(domain, [](const Vec3& p) {
+    const bool spot = std::abs(p.x() - 11) < 1.1 && std::abs(p.y() - 11) < 1.1 && std::abs(p.z() - 8) < 0.1;
+    return (p.z() + (spot ? 1.7 : 0.0)) / 16;
+  });
+  const LayerStack layers = slice_layers(domain, field, 32).stack;
+  const Capsules solid({{{10, 10, -9}, {10, 10, 30}, 6.0}});
+  const auto highest = [&](const TrimResult& result) { return result.report.support_height_max_mm; };
+  TrimOptions options;
+  options.max_height_mm = 0.75;
+  options.max_passes = 1;
+  const TrimResult once = trim_layers(domain, field, layers, solid, options);
+  EXPECT_GT(highest(once), 1.5);
+  options.max_passes = 12;
+  const TrimResult result = trim_layers(domain, field, layers, solid, options);
+  EXPECT_TRUE(all_ok(result.report.checks));
+  EXPECT_LE(highest(result), 0.75);
+  EXPECT_NEAR(result.report.printed_volume_mm3[1] / (std::numbers::pi * 36.0 * 16.0), 1.0, 0.01);
+  std::map<std::tuple<Index, int, int>, int> sheets;
+  double in_passes = 0.0, in_one = 0.0;
+  for (const Sheet& sheet : result.stack.sheets) {
+    const int same = ++sheets[{sheet.layer, sheet.passes, sheet.pass}];
+    EXPECT_EQ(same, 1) << "layer " << sheet.layer;
+    (sheet.passes > 1 ? in_passes : in_one) += sheet_area(result.stack, sheet);
+  }
+  EXPECT_GT(in_passes, 1.0);
+  EXPECT_GT(in_one, 0.98 * std::numbers::pi * 36.0 * 32.0) << "the spot's region stays in one pass";
 }
 
 std::size_t model_triangles(const LayerStack& stack) {

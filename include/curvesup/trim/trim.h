@@ -78,7 +78,8 @@ struct TrimResult {
 //
 // Support thicker than max_height_mm is laid in m passes at G = (k + (j + 1/2) / m) / N. One m holds for a whole connected
 // region of the slab k / N <= G < (k + 1) / N: the pieces of the layer k + 1/2 and all pieces of the passes that lie over or
-// under them along grad G.
+// under them along grad G. Spots that this leaves thicker than max_height_mm, or than 1.5 times what is usual without it, get
+// more passes tet by tet, up to max_passes.
 //
 // A piece with less than 0.3 of its area over the model, other support or the platform cannot be laid: the lowest layers of
 // a trunk beside a model part that is thinner than the trunk. Of such pieces only what rests stays, and beside that as much
