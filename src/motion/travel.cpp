@@ -22,6 +22,18 @@ class Planner {
 
   TravelPlan plan(const TravelEnd& from, const TravelEnd& to, const TravelEnd* via) {
     std::optional<TravelPlan> last;
+    // As the head stands at the ends; where no way is clear, turned about the nozzle high above, which takes the arm elsewhere.
+    for (const double turn : {0.0, 0.6, -0.6, 1.2, -1.2}) {
+      turn_ = turn;
+      if (std::optional<TravelPlan> plan = first_clear(from, to, via, last)) return *plan;
+    }
+    if (last) return *last;
+    return direct(from, to);
+  }
+
+ private:
+  // The first way that is clear; `last` gets another one, where there is any.
+  std::optional<TravelPlan> first_clear(const TravelEnd& from, const TravelEnd& to, const TravelEnd* via, std::optional<TravelPlan>& last) {
     // With all the clearance; where no way has it (deep between walls), with that of printing.
     for (const double share : {0.5, 0.0}) {
       for (const Over over : {Over::turning, Over::rising, Over::home}) {
@@ -30,20 +42,18 @@ class Planner {
                                 cell_.machine().tolerances.clearance_mm);
           for (const double over_top : {-1.0, 2.0, 8.0, 20.0}) {
             if (over_top > 0.0 && up < cell_.machine().tolerances.travel_clearance_mm) continue;
-            if (over_top < 0.0 && over != Over::turning) continue;
+            if (over_top < 0.0 && (over != Over::turning || turn_ != 0.0)) continue;
             std::optional<TravelPlan> plan = attempt(from, to, via, up, down, over_top, over);
             if (!plan) continue;
-            if (plan->clear) return *plan;
+            if (plan->clear) return plan;
             last = std::move(plan);
           }
         }
       }
     }
-    if (last) return *last;
-    return direct(from, to);
+    return std::nullopt;
   }
 
- private:
   // A way over the top turns the head upright while it rises, rises as it stands and turns then, or goes by the home
   // station, also when the arm has to fold over.
   enum class Over { turning, rising, home };
@@ -115,7 +125,9 @@ class Planner {
     const Vec3 tip = raised_tip(lifted, clearances);
     for (const double share : {1.0, 0.6, 0.3}) {
       const Vec3 axis = ((1.0 - share) * lifted.axis + share * Vec3::UnitZ()).normalized();
-      if (auto end = at(tip, axis, lifted)) return end;
+      TravelEnd turned = lifted;
+      turned.yaw += turn_;
+      if (auto end = at(tip, axis, turned)) return end;
     }
     return std::nullopt;
   }
@@ -260,7 +272,7 @@ class Planner {
   const Cell& cell_;
   const Deposit& deposit_;
   Index before_;
-  double clearance_ = 0.0;  // of the ways that are tried now
+  double clearance_ = 0.0, turn_ = 0.0;  // of the ways that are tried now
 };
 
 }  // namespace
