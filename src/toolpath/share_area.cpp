@@ -15,7 +15,7 @@ namespace curvesup::toolpath {
 namespace {
 
 constexpr double kSmall = 0.75;          // widths: edges of triangles whose corners always tell who shares them ...
-constexpr double kLarge = 1.0;           // ... widths: edges of those whose corners may tell it
+constexpr double kLarge = 1.25;          // ... widths: edges of those whose corners may tell it
 constexpr double kStraight = 0.9;        // cosine between segments that run alike
 constexpr double kBeside = 1.1;          // widths between two tracks with none between them
 constexpr double kFar = 1e6;             // squared mm

@@ -42,7 +42,7 @@ struct Gone {
   std::vector<Index> left_pieces;  // what it left
   std::vector<std::size_t> below;  // what was gone before, and lay below it
   int stacked = 1;                 // pieces on top of each other that are gone
-  Vec3 low, high;
+  Vec3 low = Vec3::Zero(), high = Vec3::Zero();
 
   [[nodiscard]] bool has(const Vec3& p, double within) const {
     if (((p - low).array() < -within).any() || ((p - high).array() > within).any()) return false;
