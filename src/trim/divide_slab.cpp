@@ -172,12 +172,12 @@ class SlabDivider {
     return region.passes < options_.max_passes && thickness(tet) > region.passes * options_.limit_mm * (1.0 + 1e-9);
   }
   [[nodiscard]] double thickness(Index tet) const { return 1.0 / (layer_count_ * field_.gradient[tet].norm()); }
-  [[nodiscard]] int halved(int passes) const { return std::min(2 * passes, options_.max_passes); }
+  [[nodiscard]] int doubled(int passes) const { return std::min(2 * passes, options_.max_passes); }
   // In how many passes a tet is laid in a region.
   [[nodiscard]] int passes_in(Index tet, const Laid& region) const {
     int m = region.passes;
     if (!is_spot(tet, region)) return m;
-    while (m < options_.max_passes && thickness(tet) * region.passes > m * region.thickness * (1.0 + 1e-9)) m = halved(m);
+    while (m < options_.max_passes && thickness(tet) * region.passes > m * region.thickness * (1.0 + 1e-9)) m = doubled(m);
     return m;
   }
 
@@ -188,7 +188,7 @@ class SlabDivider {
       const Laid& region = laid.laid[sheet.triangle_piece[i]];
       if (!is_spot(sheet.triangle_tet[i], region)) continue;
       for (int m = region.passes; m < options_.max_passes;) {
-        m = halved(m);
+        m = doubled(m);
         for (int j = 0; j < m; ++j) {
           if ((2 * j + 1) * region.passes / (2 * m) != sheet.head.pass) continue;
           const auto at = follow_gradient(domain_, field_, sheet.triangle_tet[i], centroid(sheet, i),
