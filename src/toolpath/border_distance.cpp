@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <utility>
 
 #include "toolpath/refine_mesh.h"
 
@@ -83,21 +82,21 @@ BorderDistance::BorderDistance(PieceMesh mesh, const DistanceOptions& options) :
   }
   hand_on(std::move(changed));
   // Until each edge tells the distance along it; once more where something nearer than what both ends knew is heard of then.
-  if (refine(options, {})) refine(options, std::exchange(heard_, {}));
+  const std::vector<char> heard = refine(options, {});
+  if (!heard.empty()) refine(options, heard);
   put_meetings_in_order();
 }
 
-// Cuts edges, or only those at vertices of a list; false when there was nothing to cut.
-bool BorderDistance::refine(const DistanceOptions& options, const std::vector<char>& at) {
+// Cuts edges, or only those at vertices of a list. By vertex: whether a nearer border edge came from a neighbour then; empty when
+// there was nothing to cut.
+std::vector<char> BorderDistance::refine(const DistanceOptions& options, const std::vector<char>& at) {
   const std::size_t before = fronts_.size();
   const auto is_left = [&](Index v) { return !at.empty() && v < static_cast<Index>(at.size()) && !at[v]; };
   const auto cut = [&](Index a, Index b) { return is_left(a) && is_left(b) ? kNone : cut_edge(a, b, options); };
-  if (!refine_mesh(mesh_, edges_, false, kMostCuts, cut)) return false;
-  heard_.assign(fronts_.size(), 0);
+  if (!refine_mesh(mesh_, edges_, false, kMostCuts, cut)) return {};
   std::vector<Index> added(fronts_.size() - before);
   std::iota(added.begin(), added.end(), static_cast<Index>(before));
-  hand_on(std::move(added));
-  return true;
+  return hand_on(std::move(added));
 }
 
 void BorderDistance::put_meetings_in_order() {
@@ -233,8 +232,8 @@ void BorderDistance::take(Index vertex, const Front& front) {
 }
 
 // Lets each vertex of the list take the nearest border edge that its neighbours know and offer its own to them, and those that
-// gain by it in turn.
-void BorderDistance::hand_on(std::vector<Index> changed) {
+// gain by it in turn. By vertex: whether it gained.
+std::vector<char> BorderDistance::hand_on(std::vector<Index> changed) {
   const Index n = static_cast<Index>(mesh_.vertices.size());
   std::vector<Index> first(n + 1, 0);
   for (const Edge& e : edges_.edges) ++first[e.from + 1], ++first[e.to + 1];
@@ -242,6 +241,7 @@ void BorderDistance::hand_on(std::vector<Index> changed) {
   std::vector<Index> around(first[n]), fill(first.begin(), first.end() - 1);
   for (const Edge& e : edges_.edges) around[fill[e.from]++] = e.to, around[fill[e.to]++] = e.from;
 
+  std::vector<char> gained(n, 0);
   const auto gains = [&](Index w, const Front& offered, const Vec3& offered_at) {
     Front& held = fronts_[w];
     const Index edge = offered.edge;
@@ -254,7 +254,7 @@ void BorderDistance::hand_on(std::vector<Index> changed) {
     const Front front = front_at(place, mesh_.vertices[w], mesh_.normals[w]);
     if (front.distance >= held.distance - (meeting_of_[w] == kNone ? kGain : 2.0 * kEqual)) return false;
     take(w, front);
-    if (!heard_.empty()) heard_[w] = 1;
+    gained[w] = 1;
     return true;
   };
   std::vector<char> waits(n, 0);
@@ -276,6 +276,7 @@ void BorderDistance::hand_on(std::vector<Index> changed) {
     }
     changed.swap(next);
   }
+  return gained;
 }
 
 Index BorderDistance::add_vertex(Index a, Index b, double part, const Front& front) {

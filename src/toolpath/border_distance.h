@@ -69,8 +69,8 @@ class BorderDistance {
     double squared = 0.0;  // distance in space
   };
   void collect_border();
-  bool refine(const DistanceOptions& options, const std::vector<char>& at);
-  void hand_on(std::vector<Index> changed);
+  std::vector<char> refine(const DistanceOptions& options, const std::vector<char>& at);
+  std::vector<char> hand_on(std::vector<Index> changed);
   void take(Index vertex, const Front& front);
   [[nodiscard]] Place on_edge(Index edge, const Vec3& point) const;
   [[nodiscard]] Place nearest_along(Index edge, const Vec3& point) const;
@@ -94,7 +94,6 @@ class BorderDistance {
   std::vector<Front> fronts_;
   std::vector<Meeting> meetings_;
   std::vector<Index> meeting_of_;  // by vertex
-  std::vector<char> heard_;        // by vertex: a nearer border edge came from a neighbour after the last cuts
 };
 
 }  // namespace curvesup::toolpath

@@ -10,7 +10,7 @@
 namespace curvesup::toolpath {
 namespace {
 
-constexpr double kSlack = 0.01;          // mm: a strip as wide as the widest or the narrowest bead is one line all along, whatever the distances' noise
+constexpr double kSlack = 0.01;          // mm: a strip just as wide as a limit is one line all along, whatever the distances' noise
 constexpr double kMeetingCosine = -0.5;  // fronts that meet under more than 120 degrees
 constexpr double kHandedDown = 3.0;      // widths
 constexpr double kGap = 0.25;            // widths of the strip, from the end of a line to the border ...

@@ -27,7 +27,7 @@ struct DividedSlab {
 // Decides the number of passes for every connected region of the support in the slab of `middle`, the trimmed layer with its
 // pieces, and cuts the passes. A piece wants enough passes for its 95th percentile of thickness, and for limit_mm where it is
 // thickest unless that takes more than twice as many; pieces that a piece of some pass connects along grad G take the largest
-// number among them. In tets where a region is thicker than limit_mm even so, its passes are halved, and again, up to
+// number among them. In tets where a region is thicker than limit_mm even so, its passes are doubled, and again, up to
 // max_passes, until beads there are no higher than that percentile is elsewhere. Thickness jumps from tet to tet, next to the
 // model by more than ten times: spots that go by tets fit into what is left of the region, and leave the beads beside them as
 // high as they are.
